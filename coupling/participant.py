@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Protocol, runtime_checkable
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -88,6 +88,7 @@ class StepResult:
 
     message: the reason for a status other than OK, or the event.
     event_handling_needed: discrete states change at that time, see `EventParticipant`.
+    level: of the event in the run's log.
     terminate_simulation: the participant ends the run; this is no failure.
     cause: the exception that caused an error, if there was one.
     """
@@ -98,6 +99,7 @@ class StepResult:
     event_handling_needed: bool = False
     terminate_simulation: bool = False
     cause: Exception | None = None
+    level: Literal["info", "warning"] = "info"
 
 
 class Participant(Protocol):

@@ -40,8 +40,9 @@ from coupling.testkit.claims import (
     assert_same_at_half_step,
     assert_same_on_threads,
 )
-from coupling.testkit.endings import fails_in_order
-from coupling.testkit.faults import Fault, FaultPlan, FaultyObserver, FaultyParticipant
+from coupling.testkit.endings import fails_in_order, goes_on_in_order, viewer_fails_in_order
+from coupling.testkit.fault_plan import FaultPlan
+from coupling.testkit.faults import Fault, FaultyObserver, FaultyParticipant
 from coupling.testkit.history import History
 from coupling.testkit.pools import pool
 from coupling.testkit.readings import Basin, Readings
@@ -57,7 +58,6 @@ __all__ = [
     "assert_fmu_agrees", "assert_force", "assert_heel", "assert_joint_gap", "assert_matches_recording", "assert_metacentric_height",
     "assert_momentum_conserved", "assert_no_leak", "assert_oil_retained", "assert_period", "assert_pressure_hydrostatic",
     "assert_reflection", "assert_restarts_exactly", "assert_same_at_half_step", "assert_same_on_threads", "assert_tension",
-    "assert_terminal_speed", "assert_trim", "assert_volume", "assert_wave_height", "empty_space", "fails_in_order", "flume", "pool",
-    "readings_of",
-    "tank", "watch", "wave_maker",
+    "assert_terminal_speed", "assert_trim", "assert_volume", "assert_wave_height", "empty_space", "fails_in_order", "flume",
+    "goes_on_in_order", "pool", "readings_of", "tank", "viewer_fails_in_order", "watch", "wave_maker",
 ]  # fmt: skip

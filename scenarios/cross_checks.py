@@ -19,6 +19,7 @@ from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.criteria import CriterionSettings, criteria_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
+from scenarios.schema.faults import FaultSettings, fault_problems
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import (
@@ -59,6 +60,7 @@ NAMED_TABLES = (
     "criteria",
     "probes",
     "fmus",
+    "faults",
 )
 
 
@@ -87,6 +89,7 @@ class Parts:
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
+    faults: Mapping[str, FaultSettings] = field(default_factory=dict)
 
 
 def problems_between(parts: Parts) -> Iterator[Problem]:
@@ -96,6 +99,8 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from mooring_problems(parts.moorings, parts.booms, parts.names)
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
+    duration = None if parts.run is None else parts.run.duration
+    yield from (problem.below("faults") for problem in fault_problems(parts.faults, duration))
     yield from _meshes(parts)
     yield from _plane(parts)
     if parts.tank is not None:

@@ -332,9 +332,9 @@ class CoSimulation:
 
     def _take_events(self) -> list[Event]:
         """Return the participants' events that observers have not seen yet."""
-        events = []
+        events: list[Event] = []
         for stepper in self._steppers.values():
-            events += [Event(time, text, "info", stepper.name) for time, text in stepper.events]
+            events += stepper.events
             stepper.events.clear()
         return events
 

@@ -33,6 +33,7 @@ from coupling.participant import (
     Status,
     StepResult,
 )
+from recordings.frame import Event
 
 TIME_TOLERANCE = 1e-9  # of a step: far above rounding, far below anything that moves
 HALVINGS = 10  # of a step that is discarded: a thousandth of it
@@ -66,7 +67,7 @@ class Snapshot:
     state: object
     outputs: dict[str, Array]
     wants_end: str | None = None
-    events: tuple[tuple[float, str], ...] = ()
+    events: tuple[Event, ...] = ()
 
 
 class Stepper:
@@ -82,7 +83,7 @@ class Stepper:
         self.inputs: dict[str, Array] = {}  # as they were set last
         self.wall_seconds = 0.0
         self.wants_end: str | None = None  # why, once the participant has asked for the run's end
-        self.events: list[tuple[float, str]] = []  # time [s] and text of those since the master took them
+        self.events: list[Event] = []  # those since the master took them
         self.passes_discards_on = False  # to the master, which takes back everybody's step
         self._shared = participant if isinstance(participant, SharedParticipant) else None
         self._given = [v for v in participant.variables.values() if v.causality is Causality.OUTPUT]
@@ -261,7 +262,7 @@ class Stepper:
             except Exception as cause:
                 self.fail(time, reason(cause), cause)
             if not again:
-                self.events.append((time, result.message or "event"))
+                self.events.append(Event(time, result.message or "event", result.level, self.name))
                 return
         self.fail(time, f"its discrete states still change after {EVENT_ROUNDS} rounds")
 

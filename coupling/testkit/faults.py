@@ -1,4 +1,4 @@
-"""Faults on purpose: of participants, FMUs, lines and observers, in any run; import them from `coupling.testing`."""
+"""Faults on purpose: of participants, FMUs and observers; import them from `coupling.testing`."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import os
 import signal
 import time as wall_clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 
-from coupling.observer import Observer
 from coupling.participant import (
     Array,
     Causality,
@@ -23,8 +21,8 @@ from coupling.participant import (
     StepResult,
     Variable,
 )
-from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.checks import finite
+from recordings.errors import RecordingError
 from recordings.frame import Event, Frame, RunDescription
 
 SHORTER = 0.75  # of the full step: the rest after an early return, and half a discarded step, are shorter
@@ -63,7 +61,7 @@ class FaultyParticipant:
     """
 
     def __init__(self, participant: Participant, fault: Fault, *, at_time: float) -> None:
-        _require_fault(fault, at_time, tuple(Fault))
+        require_fault(fault, at_time, tuple(Fault))
         if fault is Fault.CRASH and not hasattr(participant, "process_id"):
             raise ValueError(
                 f"fault of {participant.name!r} is {fault}, allowed: for an FMU in a process of its own, an IsolatedFmu"
@@ -151,12 +149,17 @@ class FaultyParticipant:
         return events.update_discrete_states()
 
     def save_state(self) -> object:
-        """Return the state of the wrapped participant."""
-        return self._participant.save_state()
+        """Return the state of the wrapped participant, and the factor of its outputs."""
+        return {"own": self._participant.save_state(), "factor": self._factor}
 
     def restore_state(self, state: object) -> None:
-        """Restore the state of the wrapped participant."""
-        self._participant.restore_state(state)
+        """Restore the state of the wrapped participant, and the factor; TypeError for another object."""
+        if not isinstance(state, dict):
+            raise TypeError(
+                f"{self.name!r}: restore_state got another object, allowed: a state that save_state returned"
+            )
+        self._participant.restore_state(state["own"])
+        self._factor = float(state["factor"])
 
     def terminate(self) -> None:
         """Terminate the wrapped participant."""
@@ -164,25 +167,25 @@ class FaultyParticipant:
 
 
 class FaultyObserver:
-    """An observer, such as a viewer, that raises RuntimeError (EXCEPTION) or stalls for STALL (HANG).
+    """An observer, such as a viewer, that raises RecordingError (EXCEPTION) or stalls for STALL (HANG).
 
     It does so once, at the first frame at or after `at_time` [s]. Raises TypeError and ValueError for another fault or time.
     """
 
     def __init__(self, fault: Fault, *, at_time: float) -> None:
-        _require_fault(fault, at_time, OBSERVERS_FAULTS)
-        self._fault, self._at_time, self._has_failed = fault, at_time, False
+        require_fault(fault, at_time, OBSERVERS_FAULTS)
+        self.fault, self.at_time, self._has_failed = fault, at_time, False
 
     def initialized(self, run: RunDescription) -> None:
         """Take the beginning without a fault."""
 
     def step_completed(self, frame: Frame) -> None:
         """Fail once, when it is time."""
-        if self._has_failed or frame.time < self._at_time - 1e-9:
+        if self._has_failed or frame.time < self.at_time - 1e-9:
             return
         self._has_failed = True
-        if self._fault is Fault.EXCEPTION:
-            raise RuntimeError(f"exception injected at {self._at_time:g} s")
+        if self.fault is Fault.EXCEPTION:
+            raise RecordingError("of the viewer", f"exception injected at {self.at_time:g} s")
         wall_clock.sleep(STALL)
 
     def event(self, event: Event) -> None:
@@ -192,102 +195,8 @@ class FaultyObserver:
         """Take the end without a fault."""
 
 
-class PartingLine:
-    """A participant that lets a line or a joint of a world part in the step that contains `at_time` [s]; ValueError for an unknown line."""
-
-    def __init__(self, world: RigidBodyWorld, line: str, at_time: float) -> None:
-        known = (*world.lines.names, *world.joint_names)
-        if line not in known:
-            raise ValueError(f"line {line!r} that is to part does not exist, allowed: {', '.join(known) or 'none'}")
-        self.name = f"parting of {line}"
-        self.variables: Mapping[str, Variable] = {}
-        self._part = world.part_line if line in world.lines.names else world.part_joint
-        self._line, self._at_time, self._has_parted = line, at_time, False
-
-    def enter_initialization_mode(self, start_time: float) -> None:
-        """Do nothing: there is nothing to prepare."""
-
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: there is nothing to finish."""
-
-    def get(self, name: str) -> Array:
-        """Raise ValueError: there are no variables, of any shape (N,) or unit [-]."""
-        raise ValueError(f"{self.name!r} has no variable {name!r}, allowed: none")
-
-    def set(self, name: str, value: Array) -> None:
-        """Raise ValueError: there are no variables, of any shape (N,) or unit [-]."""
-        raise ValueError(f"{self.name!r} has no variable {name!r}, allowed: none")
-
-    def do_step(self, time: float, step_size: float) -> StepResult:
-        """Let the line part when it is time, once."""
-        if not self._has_parted and time <= self._at_time < time + step_size:
-            self._has_parted = True
-            self._part(self._line)
-        return StepResult(Status.OK, time + step_size)
-
-    def save_state(self) -> object:
-        """Refuse with NotImplementedError: a parted line cannot be mended."""
-        raise NotImplementedError("a line that parts on purpose cannot be mended")
-
-    def restore_state(self, state: object) -> None:
-        """Refuse with NotImplementedError, as `save_state` does."""
-        raise NotImplementedError("a line that parts on purpose cannot be mended")
-
-    def terminate(self) -> None:
-        """Leave the world as it is."""
-
-
-@dataclass
-class FaultPlan:
-    """The faults of a run, stated before it begins.
-
-    scene.faults.participant("fluid", Fault.NAN, at_time=0.1)
-    scene.faults.line("tow", at_time=0.2)
-    scene.faults.observer(Fault.EXCEPTION, at_time=0.3)
-    """
-
-    _of_participants: dict[str, list[tuple[Fault, float]]] = field(default_factory=dict)
-    _of_lines: dict[str, float] = field(default_factory=dict)
-    _of_observers: list[FaultyObserver] = field(default_factory=list)
-
-    def participant(self, name: str, fault: Fault, *, at_time: float) -> None:
-        """Let a participant fail in the step that contains `at_time` [s]; errors are those of `FaultyParticipant`."""
-        _require_fault(fault, at_time, tuple(Fault))
-        self._of_participants.setdefault(name, []).append((fault, at_time))
-
-    def line(self, name: str, *, at_time: float) -> None:
-        """Let a line or a joint part at `at_time` [s]; ValueError for a time that is not finite."""
-        finite("at_time of the parting line [s]", at_time)
-        self._of_lines[name] = at_time
-
-    def observer(self, fault: Fault, *, at_time: float) -> None:
-        """Add a viewer that raises or stalls at `at_time` [s]; errors are those of `FaultyObserver`."""
-        self._of_observers.append(FaultyObserver(fault, at_time=at_time))
-
-    def applied(self, participant: Participant) -> Participant:
-        """Return what takes part in the participant's place."""
-        for fault, at_time in self._of_participants.get(participant.name, ()):
-            participant = FaultyParticipant(participant, fault, at_time=at_time)
-        return participant
-
-    def observers(self, observers: Sequence[Observer]) -> list[Observer]:
-        """Return the observers of the run, those that fail last."""
-        return [*observers, *self._of_observers]
-
-    def partings(self, world: RigidBodyWorld | None) -> list[PartingLine]:
-        """Return the participants that let lines part; ValueError for an unknown line, or a line in a run without bodies."""
-        if self._of_lines and world is None:
-            raise ValueError(f"line {min(self._of_lines)!r} is to part, allowed: in a run with bodies")
-        return [] if world is None else [PartingLine(world, *one) for one in self._of_lines.items()]
-
-    def require_met(self, names: Sequence[str]) -> None:
-        """Refuse faults of participants that the run does not have; ValueError."""
-        strange = sorted(set(self._of_participants) - set(names))
-        if strange:
-            raise ValueError(f"fault of {strange[0]!r}, which does not take part, allowed: {', '.join(names)}")
-
-
-def _require_fault(fault: Fault, at_time: float, allowed: Sequence[Fault]) -> None:
+def require_fault(fault: Fault, at_time: float, allowed: Sequence[Fault]) -> None:
+    """Refuse what is no fault (TypeError), or is not allowed here, or a time [s] that is not finite (ValueError)."""
     if not isinstance(fault, Fault):
         raise TypeError(f"fault is {fault!r}, allowed: {', '.join(map(str, allowed))}")
     if fault not in allowed:

@@ -27,7 +27,7 @@ from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.solid_mesh import told_solid
 from coupling.solids.surface_sampling import particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
-from coupling.testkit.faults import FaultPlan
+from coupling.testkit.fault_plan import FaultPlan
 from coupling.testkit.frames import SceneFrames, describe, turnover, with_particles
 from coupling.testkit.history import History
 from coupling.testkit.readings import Basin, Live, Readings, history_readings, placed, still_level
@@ -48,7 +48,7 @@ class Scene:
     """A fluid and rigid bodies under the master: add bodies, then liquid around them, then run.
 
     fluid, world: the simulators. simulation: the coupled run, made at the first access. exchange, ledger: coupling and accounts of the run;
-    None before. faults: what is to fail, see `coupling.testkit.faults`. history: what happened so far.
+    None before. faults: what is to fail, see `coupling.testkit.fault_plan`. history: what happened so far.
 
     Use a scene in a `with` block, which ends the run.
     """
@@ -255,7 +255,7 @@ class Scene:
             self._refuse_overlaps()
         coupled = couple_world(self.fluid, self._handles, self.world if self.meshes else None, self._options)
         self.exchange, self.ledger = coupled.exchange, coupled.ledger
-        others = [*self.faults.partings(self.world), *self._others]
+        others = [*self.faults.clock(self.world), *self._others]
         self.faults.require_met([one.name for one in (*others, *coupled.participants)])
         return coupled.co_simulation(
             self._step,

@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.master.co_simulation import CoSimulation
 from coupling.observer import Observer
-from coupling.testkit.faults import FaultPlan
+from coupling.testkit.fault_plan import FaultPlan
 from coupling.testkit.frames import turnover, with_particles
 from coupling.testkit.history import History
 from coupling.testkit.readings import Basin, Live, Readings, history_readings
@@ -31,8 +31,8 @@ class ScenarioRun:
             run.run(1.0)
             assert_draft(run, "box", 0.1, within=0.05)
 
-    Settings are those of `oilsim run --set`. faults: what is to fail; state it before the first step. Orders and warnings work as in
-    `oilsim run`. Raises ScenarioError for a scenario that cannot be built, and ValueError for settings of
+    Settings are those of `oilsim run --set`. faults: what is to fail, beside what the scenario says; state it before the first step.
+    Orders and warnings work as in `oilsim run`. Raises ScenarioError for a scenario that cannot be built, and ValueError for settings of
     a `Scenario`.
     """
 
@@ -63,11 +63,7 @@ class ScenarioRun:
     def assembly(self) -> Assembly:
         """The parts of the run: fluid, world, fleet, accounts; built at the first access."""
         if self._assembly is None:
-            built = build(self.scenario)
-            partings = self.faults.partings(built.world)
-            self.faults.require_met([one.name for one in (*partings, *built.participants)])
-            participants = (*partings, *map(self.faults.applied, built.participants))
-            self._assembly = replace(built, participants=participants)
+            self._assembly = build(self.scenario, faults=self.faults)
         return self._assembly
 
     @property
@@ -130,7 +126,7 @@ class ScenarioRun:
 
     def _begun(self) -> RunLoop:
         if self._loop is None:
-            simulation = self.assembly.co_simulation(self.faults.observers([self.history, *self._observers]))
+            simulation = self.assembly.co_simulation([self.history, *self._observers])
             self._loop = RunLoop(
                 self._plan, self.assembly, simulation, requests=RunRequests(), keepers={}, checkpoints=None
             )

@@ -28,6 +28,7 @@ from oilsim.advance_report import AdvanceReport
 from oilsim.forcing import Current
 from oilsim.solver import Fluid
 from recordings.frame import RunDescription
+from scenarios.problems import problems_of
 from scenarios.running.winches import Winches
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
 
     from coupling.fmu.isolated_fmu import Fmu
     from coupling.participants.slick import SlickParticipant
+    from coupling.testkit.fault_plan import FaultPlan
     from oilsim.sea import Sea
 
 
@@ -71,7 +73,7 @@ class Assembly:
     winches: change the lengths of lines; accounts: scores and sums, advanced by the master; remarks: what a run falls short of;
     parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; slick: the oil of a run
     without particles, None of another; skimmers: their accounts; fmus: those that take part; solids: all bodies as placed at the
-    start; level: of the still water [m].
+    start; level: of the still water [m]; faults: what fails on purpose.
     """
 
     scenario: Scenario
@@ -96,6 +98,7 @@ class Assembly:
     slick: SlickParticipant | None
     skimmers: SkimmerAccounts
     fmus: tuple[Fmu, ...]
+    faults: FaultPlan | None
 
     @property
     def scoring(self) -> Scoring:
@@ -105,7 +108,7 @@ class Assembly:
     @property
     def controls(self) -> tuple[VesselControl, ...]:
         """The helmsmen of the vessels."""
-        return tuple(one for one in self.participants if isinstance(one, VesselControl))
+        return tuple(one for one in self.parts.controls.values() if isinstance(one, VesselControl))
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -114,7 +117,9 @@ class Assembly:
 
     @property
     def why_not_kept(self) -> str:
-        """Reason why the run's state cannot be saved: FMUs that cannot give theirs as bytes; empty if it can. Valid once initialized."""
+        """Reason why the run's state cannot be saved, empty if it can: FMUs, or a line that parts on purpose. Valid once initialized."""
+        if self.faults is not None and self.faults.why_not_kept:
+            return self.faults.why_not_kept
         names = [f"{fmu.name} ({fmu.why_not_kept})" for fmu in self.fmus if fmu.why_not_kept]
         return f"the state of {', '.join(names)} cannot be saved as bytes" if names else ""
 
@@ -147,16 +152,23 @@ class Assembly:
             self.connections,
             self.scenario.run.communication_step,
             exchange=Exchange(self.exchange, self.ledger, [self._tend_lines, self.accounts.advance]),
-            watching=Watching(observers, self.frame_source, self.description),
+            watching=Watching(
+                observers if self.faults is None else self.faults.observers(observers),
+                self.frame_source,
+                self.description,
+            ),
         )
         self.accounts.coupling.follow(lambda: simulation.wall_seconds)
         return simulation
 
 
-def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) -> Assembly:
+def build(
+    scenario: Scenario, *, text: str = "", overrides: Sequence[str] = (), faults: FaultPlan | None = None
+) -> Assembly:
     """Build everything that a run needs; ScenarioError for what cannot be built.
 
-    `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording.
+    `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording. `faults`: what is to
+    fail on purpose, beside what the scenario says.
     """
     scenario = settled(scenario)
     fmus = _fmus(scenario)
@@ -172,6 +184,11 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
     skimmers = SkimmerAccounts(scenario, simulators.skimmers)
     parts = _parts(simulators, controls, blown, scoring)
     orders, readings = _boards(scenario, parts)
+    blowing = [blown] if blown else []
+    participants = (
+        *fmus, *orders, *controls, *blowing, *bodies.participants, *slicks, *simulators.skimmers, *readings,
+    )  # fmt: skip
+    faults = _faults(scenario, faults)
     return Assembly(
         scenario=scenario,
         solids=simulators.solids,
@@ -186,16 +203,7 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
         parts=parts,
-        participants=(
-            *fmus,
-            *orders,
-            *controls,
-            *([blown] if blown else []),
-            *bodies.participants,
-            *slicks,
-            *simulators.skimmers,
-            *readings,
-        ),
+        participants=participants if faults is None else _failing(participants, faults, world),
         connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators)),
         description=describe_run(simulators, text=text, overrides=overrides),
         frame_source=FrameReader(simulators, accounts, skimmers, fmus),
@@ -204,7 +212,27 @@ def build(scenario: Scenario, *, text: str = "", overrides: Sequence[str] = ()) 
         slick=simulators.slick,
         skimmers=skimmers,
         fmus=fmus,
+        faults=faults,
     )
+
+
+def _faults(scenario: Scenario, others: FaultPlan | None) -> FaultPlan | None:
+    """Return the faults of the scenario and others, None if there are none; code for faults is imported only if there are some."""
+    if not scenario.faults:
+        return others or None
+    from scenarios.setup.faults import fault_plan
+
+    plan = fault_plan(scenario.faults)
+    return plan if others is None else plan.merged(others)
+
+
+def _failing(
+    participants: Sequence[Participant], faults: FaultPlan, world: RigidBodyWorld | None
+) -> tuple[Participant, ...]:
+    """Return the participants with their faults, and first the one that tells of these; ScenarioError for faults that cannot come."""
+    with problems_of("faults", "cannot be arranged"):
+        faults.require_met([one.name for one in participants])
+        return (*faults.clock(world), *map(faults.applied, participants))
 
 
 def _accounts(simulators: Simulators, scoring: Scoring) -> RunAccounts:

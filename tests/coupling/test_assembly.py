@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 import numpy as np
 import pybullet
@@ -12,62 +11,31 @@ import pytest
 from coupling.assembly import BODIES, FLUID, ExchangeOptions, couple_world
 from coupling.bodies import box, mass_properties
 from coupling.master.body_exchange import Scheme
-from coupling.plugin import attach_fluid
+from coupling.plugin import FluidWorld, attach_fluid
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import boundary_particles
-from coupling.testing import Scene
+from coupling.testing import Basin, Scene, WatchedWorld, assert_draft
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
-from scenarios.running.assembly import Assembly, build
 
-STEP, SPACING, STEPS = 1.0 / 240.0, 0.05, 360
+STEP, SPACING, TIME = 1.0 / 240.0, 0.05, 0.4
 SIDE, DENSITY, START, TANK = 0.2, 500.0, (0.3, 0.3, 0.36), (0.6, 0.6, 0.8)
-Stepping = tuple[Callable[[], object], Callable[[], np.ndarray]]  # a step; where the cube is (3,) [m]
+CUBE = {
+    "name": "cube",
+    "run": {"duration": 2.0, "communication_step": STEP, "threads": 1},
+    "fluid": {"particle_spacing": SPACING},
+    "phases": {"water": {"density": 1000.0, "dynamic_viscosity": 0.0}},
+    "tank": {"lower": [0.0, 0.0, 0.0], "upper": list(TANK), "open": ["+z"]},
+    "fill": {"water": {"shape": "slab", "phase": "water", "bottom": 0.0, "top": 0.3}},
+    "bodies": {"cube": {"shape": "box", "size": [SIDE] * 3, "density": DENSITY, "position": list(START)}},
+}
 
 
-def assembled() -> Assembly:
-    """The cube above still water as a scenario."""
-    return build(
-        scenario_from(
-            {
-                "name": "cube",
-                "run": {"duration": 2.0, "communication_step": STEP, "threads": 1},
-                "fluid": {"particle_spacing": SPACING},
-                "phases": {"water": {"density": 1000.0, "dynamic_viscosity": 0.0}},
-                "tank": {"lower": [0.0, 0.0, 0.0], "upper": list(TANK), "open": ["+z"]},
-                "fill": {"water": {"shape": "slab", "phase": "water", "bottom": 0.0, "top": 0.3}},
-                "bodies": {"cube": {"shape": "box", "size": [SIDE] * 3, "density": DENSITY, "position": list(START)}},
-            }
-        )
-    )
-
-
-@contextmanager
-def in_a_scenario() -> Iterator[Stepping]:
-    assembly = assembled()
-    run, world = assembly.co_simulation(), assembly.world
-    assert world is not None
-    run.initialize()
-    yield run.step, lambda: world.pose("cube")[:3]
-    run.terminate()
-
-
-@contextmanager
-def in_the_test_kit(config: FluidConfig, water: np.ndarray) -> Iterator[Stepping]:
-    with Scene(config, communication_step=STEP) as scene:
-        scene.add_walls((0.0, 0.0, 0.0), TANK)
-        scene.add_body("cube", box((SIDE, SIDE, SIDE)), density=DENSITY, position=START)
-        scene.fluid.add_particles(water, phase="water")
-        yield scene.step, lambda: scene.world.pose("cube")[:3]
-
-
-@contextmanager
-def in_the_plugin(config: FluidConfig, water: np.ndarray) -> Iterator[Stepping]:
-    client = pybullet.connect(pybullet.DIRECT)
-    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+def cube_in_a_client(client: int, config: FluidConfig, water: np.ndarray) -> tuple[FluidWorld, int]:
     pybullet.setTimeStep(STEP, physicsClientId=client)
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.5 * SIDE] * 3, physicsClientId=client)
     cube = pybullet.createMultiBody(DENSITY * SIDE**3, shape, basePosition=START, physicsClientId=client)
@@ -75,32 +43,31 @@ def in_the_plugin(config: FluidConfig, water: np.ndarray) -> Iterator[Stepping]:
     fluid = Fluid(config, threads=1)
     fluid.add_boundary(tank_walls((0.0, 0.0, 0.0), TANK, SPACING, sides=("-x", "+x", "-y", "+y", "-z")))
     fluid.add_particles(water, phase="water")
-    world = attach_fluid(client, fluid, [cube])
-    yield world.step, lambda: np.array(pybullet.getBasePositionAndOrientation(cube, physicsClientId=client)[0])
-    fluid.close()
-    pybullet.disconnect(client)
+    return attach_fluid(client, fluid, [cube]), cube
 
 
-def test_a_cube_moves_alike_in_scenario_test_kit_and_plugin() -> None:
-    first = assembled()
-    config, water = first.fluid.config, first.fluid.phase_positions("water")
-    first.fluid.close()
-    ways = (in_a_scenario(), in_the_test_kit(config, water), in_the_plugin(config, water))
-    heights: list[np.ndarray] = []
-    for way in ways:
-        with way as (step, place):
-            heights.append(np.zeros(STEPS))
-            for n in range(STEPS):
-                step()
-                heights[-1][n] = place()[2]
-    scenario, kit, plugin = np.array(heights)
-    np.testing.assert_array_equal(kit, scenario)
-    # pybullet's own step puts the cube where the rigid body world's does, but for rounding, which water at rest forgets
-    np.testing.assert_allclose(plugin[:60], scenario[:60], atol=1e-4)
-    level = (len(water) * SPACING**3 + 0.5 * SIDE**3) / (TANK[0] * TANK[1])
-    drafts = level - (np.array(heights)[:, STEPS // 2 :].mean(axis=1) - 0.5 * SIDE)
-    np.testing.assert_allclose(drafts, 0.5 * SIDE, atol=0.3 * SPACING)
-    assert np.ptp(drafts) < 0.1 * SPACING
+def test_a_cube_moves_alike_in_scenario_test_kit_and_plugin(
+    scenario_run: Callable[..., ScenarioRun], watched_world: Callable[..., WatchedWorld], pybullet_client: int
+) -> None:
+    scenario = scenario_run(scenario_from(CUBE))
+    config, water = scenario.assembly.fluid.config, scenario.assembly.fluid.phase_positions("water").copy()
+    world, cube = cube_in_a_client(pybullet_client, config, water)
+    plugin = watched_world(world, {"cube": cube}, basin=Basin(TANK[0] * TANK[1], 0.0))
+    with Scene(config, communication_step=STEP) as kit:
+        kit.add_walls((0.0, 0.0, 0.0), TANK)
+        kit.add_body("cube", box((SIDE, SIDE, SIDE)), density=DENSITY, position=START)
+        kit.fluid.add_particles(water, phase="water")
+        runs = (scenario, kit, plugin)
+        for run in runs:
+            run.run(TIME)
+        heights = [run.readings().body("cube").pose[:, 2] for run in runs]
+        np.testing.assert_array_equal(heights[1], heights[0])
+        # pybullet's own step puts the cube where the rigid body world's does, but for rounding, which water at rest forgets
+        np.testing.assert_allclose(heights[2][:60], heights[0][:60], atol=1e-4)
+        draft = kit.draft("cube")
+        assert draft > 0.5 * SIDE  # it dips in before it comes up
+        for run in runs:
+            assert_draft(run, "cube", draft, within=0.1 * SPACING)
 
 
 def connections_of_a_cube(options: ExchangeOptions) -> list[str]:

@@ -11,7 +11,6 @@ from coupling.blas_threads import one_blas_thread
 from coupling.master.co_simulation import CoSimulation
 from coupling.participant import StepResult
 from coupling.plugin import attach_fluid
-from coupling.pybullet_import import pybullet
 from tests.coupling.accumulator import Accumulator
 from tests.coupling.pools import pool
 
@@ -52,11 +51,9 @@ def test_steps_of_the_master_take_one_thread() -> None:
 
 
 @pytest.mark.usefixtures("two_threads")
-def test_steps_of_the_plugin_take_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    client = pybullet.connect(pybullet.DIRECT)
-    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+def test_steps_of_the_plugin_take_one_thread(pybullet_client: int, monkeypatch: pytest.MonkeyPatch) -> None:
     fluid = pool(0.1, 0.6, 0.3)
-    world = attach_fluid(client, fluid, [])
+    world = attach_fluid(pybullet_client, fluid, [])
     advance, seen = fluid.advance, []
 
     def looking(duration: float) -> object:
@@ -65,5 +62,4 @@ def test_steps_of_the_plugin_take_one_thread(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(fluid, "advance", looking)
     world.step()
-    pybullet.disconnect(client)
     assert seen and set(seen) == {1}

@@ -89,11 +89,10 @@ def coupled(client: int, body: int, step: float = STEP) -> tuple[CoSimulation, R
     return run, recorder
 
 
-def test_links_tell_where_they_are_and_how_they_answer(client: int) -> None:
-    body = cube(client)
-    pybullet.resetBaseVelocity(body, (0.1, 0.2, 0.3), (0.0, 0.0, 0.4), physicsClientId=client)
-    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
-    bodies, link = participant(client, body), link_name((body, -1))
+def test_links_tell_where_they_are_and_how_they_answer(pybullet_client: int) -> None:
+    body = cube(pybullet_client)
+    pybullet.resetBaseVelocity(body, (0.1, 0.2, 0.3), (0.0, 0.0, 0.4), physicsClientId=pybullet_client)
+    bodies, link = participant(pybullet_client, body), link_name((body, -1))
     assert isinstance(bodies, SharedParticipant)
     bodies.enter_initialization_mode(0.0)
     np.testing.assert_allclose(bodies.get(f"{link}.pose"), (0, 0, 1, 0, 0, 0, 1))
@@ -103,7 +102,7 @@ def test_links_tell_where_they_are_and_how_they_answer(client: int) -> None:
     bodies.get("inverse_mass")[:] = 0.0  # a copy
     assert bodies.get("inverse_mass").any()
     bodies.do_step(0.0, STEP)
-    place, _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)
+    place, _ = pybullet.getBasePositionAndOrientation(body, physicsClientId=pybullet_client)
     np.testing.assert_array_equal(bodies.get(f"{link}.pose")[:3], place)
     np.testing.assert_allclose(bodies.get(f"{link}.twist")[2], 0.3 - 9.81 * STEP, rtol=1e-9)
     with pytest.raises(ValueError, match=rf"'bodies' has no output '{link}\.wrench', allowed: {link}\.pose"):
@@ -112,13 +111,13 @@ def test_links_tell_where_they_are_and_how_they_answer(client: int) -> None:
         bodies.save_state()
 
 
-def test_each_step_begins_from_what_the_owner_did_to_the_client(client: int) -> None:
-    body = cube(client)
-    run, recorder = coupled(client, body)
+def test_each_step_begins_from_what_the_owner_did_to_the_client(pybullet_client: int) -> None:
+    body = cube(pybullet_client)
+    run, recorder = coupled(pybullet_client, body)
     gain = STEP / MASS  # [m/s] a step, by 1 N
     run.step()
     run.step()
-    pybullet.resetBaseVelocity(body, (5.0, 0.0, 0.0), physicsClientId=client)
+    pybullet.resetBaseVelocity(body, (5.0, 0.0, 0.0), physicsClientId=pybullet_client)
     run.step()
     run.step()
     np.testing.assert_allclose(recorder.seen, (0.0, gain, 5.0, 5.0 + gain), rtol=1e-6)
@@ -126,18 +125,18 @@ def test_each_step_begins_from_what_the_owner_did_to_the_client(client: int) -> 
     run.terminate()
 
 
-def test_another_step_than_the_clients_own_is_refused(client: int) -> None:
-    body = cube(client)
-    run, _ = coupled(client, body, step=0.01)
+def test_another_step_than_the_clients_own_is_refused(pybullet_client: int) -> None:
+    body = cube(pybullet_client)
+    run, _ = coupled(pybullet_client, body, step=0.01)
     with pytest.raises(CoSimulationError, match=r"'bodies': step is 0\.01 s, allowed: 0\.00416\d* s, the time step of"):
         run.step()
 
 
-def test_a_body_that_is_lost_fails_under_the_participants_name(client: int) -> None:
-    body = cube(client)
-    run, _ = coupled(client, body)
+def test_a_body_that_is_lost_fails_under_the_participants_name(pybullet_client: int) -> None:
+    body = cube(pybullet_client)
+    run, _ = coupled(pybullet_client, body)
     run.step()
-    pybullet.removeBody(body, physicsClientId=client)
+    pybullet.removeBody(body, physicsClientId=pybullet_client)
     with pytest.raises(CoSimulationError, match=f"'bodies' failed at .*: body {body} is no longer in the client"):
         run.step()
 
@@ -155,9 +154,8 @@ def test_a_fluid_of_somebody_else_keeps_its_clock_and_its_threads() -> None:
     fluid.advance(0.02)
 
 
-def test_what_fails_in_a_step_reaches_the_user_as_it_is_and_the_world_goes_on(client: int) -> None:
-    world = attach_fluid(client, pool(0.1, 1.0, 0.2), [cube(client)])
-    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
+def test_what_fails_in_a_step_reaches_the_user_as_it_is_and_the_world_goes_on(pybullet_client: int) -> None:
+    world = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.2), [cube(pybullet_client)])
     saved = world.save_state()
     world.fluid.add_forcing(Poison())
     with pytest.raises(FluidError, match=r"velocity of .* is not finite"):
@@ -168,18 +166,17 @@ def test_what_fails_in_a_step_reaches_the_user_as_it_is_and_the_world_goes_on(cl
     assert report.sub_steps >= 1 and np.isfinite(world.fluid.particles.velocity).all()
 
 
-def test_bodies_come_and_go_and_the_time_step_changes_between_steps(client: int) -> None:
-    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
-    first = cube(client, 0.3)
-    world = attach_fluid(client, pool(0.1, 1.0, 0.3, hollow=((0, 0, 0.3), (0.16, 0.16, 0.16))), [first])
+def test_bodies_come_and_go_and_the_time_step_changes_between_steps(pybullet_client: int) -> None:
+    first = cube(pybullet_client, 0.3)
+    world = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.3, pybullet_client, (first,)), [first])
     world.step()
     held = world.wrench(first)
     assert held.any()
-    second = cube(client, 2.0)
+    second = cube(pybullet_client, 2.0)
     world.add_body(second)
     np.testing.assert_array_equal(world.wrench(first), held)
     assert not world.wrench(second).any()
-    pybullet.setTimeStep(0.01, physicsClientId=client)
+    pybullet.setTimeStep(0.01, physicsClientId=pybullet_client)
     world.step()
     assert world.fluid.time == STEP + 0.01 and world.fluid.moving_boundaries == tuple(world.fluid.boundaries)[1:]
     world.remove_body(first)

@@ -19,7 +19,6 @@ def cube(client: int, height: float, mass: float = 10.0) -> int:
     shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[HALF] * 3, physicsClientId=client)
     body: int = pybullet.createMultiBody(mass, shape, basePosition=(0, 0, height), physicsClientId=client)
     pybullet.changeDynamics(body, -1, linearDamping=0, angularDamping=0, physicsClientId=client)
-    pybullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
     return body
 
 
@@ -35,78 +34,78 @@ def told_in(client: int, body: int, steps: int, between: Callable[[int], None]) 
 
 
 @pytest.mark.parametrize("more", [0, 1, 4])
-def test_steps_of_the_engine_beside_those_of_the_world_are_told_once(client: int, more: int) -> None:
-    body = cube(client, 0.6)
+def test_steps_of_the_engine_beside_those_of_the_world_are_told_once(pybullet_client: int, more: int) -> None:
+    body = cube(pybullet_client, 0.6)
 
     def between(_: int) -> None:
         for _ in range(more):
-            pybullet.stepSimulation(physicsClientId=client)
+            pybullet.stepSimulation(physicsClientId=pybullet_client)
 
-    told = told_in(client, body, 60, between)
+    told = told_in(pybullet_client, body, 60, between)
     assert len(told) == (more > 0)
     if told:
         assert f"body {body} moves between the steps" in told[0] and "call world.step() instead" in told[0]
 
 
-def test_water_does_no_work_on_a_loose_body_that_is_set_back_in_every_step(client: int) -> None:
+def test_water_does_no_work_on_a_loose_body_that_is_set_back_in_every_step(pybullet_client: int) -> None:
     """It was met as if it rose: the water lost 3.9 J in the last 40 steps, to a body that never left its place."""
-    body, place = cube(client, 0.4, 5.4), (0, 0, 0.4)
-    world, work = attach_fluid(client, pool(0.1, 1.0, 0.7, hollow=(place, (0.16, 0.16, 0.16))), [body]), []
+    body, place = cube(pybullet_client, 0.4, 5.4), (0, 0, 0.4)
+    world, work = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.7, pybullet_client, (body,)), [body]), []
     world.fluid.watch()
     for _ in range(60):
-        pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=client)
-        pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=client)
+        pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=pybullet_client)
+        pybullet.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=pybullet_client)
         budget = world.step().budget
         assert budget is not None
         work.append(budget.part("pressure").work_on_bodies)
     assert abs(sum(work[20:])) < 0.4
 
 
-def test_a_loose_body_that_is_set_along_its_way_is_not_told_of(client: int) -> None:
-    body = cube(client, 0.8)
+def test_a_loose_body_that_is_set_along_its_way_is_not_told_of(pybullet_client: int) -> None:
+    body = cube(pybullet_client, 0.8)
 
     def between(step: int) -> None:
         place = (-0.2 + 0.5 * step / 240.0, 0.0, 0.8)
-        pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=client)
-        pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+        pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=pybullet_client)
+        pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=pybullet_client)
 
-    assert not told_in(client, body, 30, between)
+    assert not told_in(pybullet_client, body, 30, between)
 
 
-def test_a_body_that_lies_in_liquid_or_is_set_into_it_is_told_of(client: int) -> None:
-    body = cube(client, 0.8)
+def test_a_body_that_lies_in_liquid_or_is_set_into_it_is_told_of(pybullet_client: int) -> None:
+    body = cube(pybullet_client, 0.8)
 
     def between(step: int) -> None:
         if step in (3, 6):
             place = (0.0, 0.0, 0.15 if step == 3 else 0.8)
-            pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=client)
-            pybullet.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+            pybullet.resetBasePositionAndOrientation(body, place, (0, 0, 0, 1), physicsClientId=pybullet_client)
+            pybullet.resetBaseVelocity(body, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=pybullet_client)
 
-    told = told_in(client, body, 10, between)
+    told = told_in(pybullet_client, body, 10, between)
     # 0.3 m of water in layers of 0.1 m: of 3 x 3 x 3 particles or more all but the outermost lie half a spacing deep
     assert len(told) == 1
     assert f"body {body}, link -1 is placed in liquid: " in told[0] and "particles" in told[0]
-    sunk = cube(client, 0.15)
-    assert len(told_in(client, sunk, 2, lambda _: None)) == 1
+    sunk = cube(pybullet_client, 0.15)
+    assert len(told_in(pybullet_client, sunk, 2, lambda _: None)) == 1
 
 
-def test_bodies_that_collide_in_water_repeat_bit_for_bit_when_taken_back(client: int) -> None:
-    bodies = [cube(client, 0.45), cube(client, 0.77)]
-    pybullet.loadURDF("plane.urdf", physicsClientId=client)
-    world = attach_fluid(client, pool(0.1, 1.0, 0.3), bodies)
+def test_bodies_that_collide_in_water_repeat_bit_for_bit_when_taken_back(pybullet_client: int) -> None:
+    bodies = [cube(pybullet_client, 0.45), cube(pybullet_client, 0.77)]
+    pybullet.loadURDF("plane.urdf", physicsClientId=pybullet_client)
+    world = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.3), bodies)
 
     def states(steps: int) -> list[object]:
         found: list[object] = []
         for _ in range(steps):
             world.step()
-            found.append([pybullet.getBaseVelocity(body, physicsClientId=client) for body in bodies])
+            found.append([pybullet.getBaseVelocity(body, physicsClientId=pybullet_client) for body in bodies])
         return found
 
     states(40)
-    saved, moment = world.save_state(), pybullet.saveState(physicsClientId=client)
+    saved, moment = world.save_state(), pybullet.saveState(physicsClientId=pybullet_client)
     first = states(20)
     world.restore_state(saved)
-    pybullet.restoreState(moment, physicsClientId=client)
+    pybullet.restoreState(moment, physicsClientId=pybullet_client)
     assert states(20) == first
     world.remove_body(bodies[0])
     with pytest.raises(
@@ -115,15 +114,17 @@ def test_bodies_that_collide_in_water_repeat_bit_for_bit_when_taken_back(client:
         world.restore_state(saved)
 
 
-def test_a_controllers_force_that_goes_through_zero_is_not_taken_for_damping(client: int) -> None:
-    body = cube(client, 0.8)
-    pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), physicsClientId=client)
+def test_a_controllers_force_that_goes_through_zero_is_not_taken_for_damping(pybullet_client: int) -> None:
+    body = cube(pybullet_client, 0.8)
+    pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), physicsClientId=pybullet_client)
 
     def between(step: int) -> None:
-        place = pybullet.getBasePositionAndOrientation(body, physicsClientId=client)[0]
-        velocity = np.array(pybullet.getBaseVelocity(body, physicsClientId=client)[0])
+        place = pybullet.getBasePositionAndOrientation(body, physicsClientId=pybullet_client)[0]
+        velocity = np.array(pybullet.getBaseVelocity(body, physicsClientId=pybullet_client)[0])
         damping = -10.0 * 0.04 * velocity * (1.0 + np.linalg.norm(velocity))  # [N] pybullet's default, of 10 kg
         force = (step // 4 - 1) * damping  # of a controller that is asked every fourth step
-        pybullet.applyExternalForce(body, -1, force.tolist(), place, pybullet.WORLD_FRAME, physicsClientId=client)
+        pybullet.applyExternalForce(
+            body, -1, force.tolist(), place, pybullet.WORLD_FRAME, physicsClientId=pybullet_client
+        )
 
-    assert not told_in(client, body, 20, between)
+    assert not told_in(pybullet_client, body, 20, between)

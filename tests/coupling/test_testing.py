@@ -17,12 +17,14 @@ from coupling.testing import (
     FaultyParticipant,
     Scene,
     assert_draft,
+    assert_force,
     assert_momentum_conserved,
     assert_pressure_hydrostatic,
     empty_space,
     tank,
 )
 from oilsim.phases import Phase
+from oilsim.physical_constants import GRAVITY
 from tests.coupling.accumulator import Accumulator
 
 SPACING = 0.05
@@ -128,11 +130,13 @@ def test_adhesion_pulls_a_body_to_the_liquid() -> None:
 # checks
 
 
-def test_draft_and_pressure() -> None:
+def test_draft_and_lift() -> None:
     with tank(size=(0.6, 0.6, 0.8), depth=0.3, particle_spacing=SPACING) as scene:
         scene.add_body("raft", box((0.3, 0.3, 0.2)), density=500.0, position=(0.3, 0.3, 0.3))
         scene.run(1.0)
-        assert_draft(scene, "raft", 0.1, within=SPACING)
+        weight = GRAVITY * 500.0 * 0.3 * 0.3 * 0.2
+        assert_force(scene, "raft", weight, along="z", within=0.1 * weight, since=0.4)  # in the mean it is carried
+        assert_draft(scene, "raft", 0.1, within=0.3 * SPACING)
         with pytest.raises(AssertionError, match=r"draft of 'raft' is 0\.\d+ m, expected: 0\.15 m within 0\.01 m"):
             assert_draft(scene, "raft", 0.15, within=0.01)
 

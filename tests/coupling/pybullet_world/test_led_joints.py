@@ -9,7 +9,6 @@ import pybullet
 import pytest
 
 from coupling.plugin import FluidWorld, attach_fluid
-from oilsim.physical_constants import GRAVITY
 from tests.coupling.pools import pool
 
 STEP = 1.0 / 240.0
@@ -25,7 +24,6 @@ def paddle(client: int, joint: int) -> int:
         physicsClientId=client,
     )  # fmt: skip
     pybullet.setJointMotorControl2(body, 0, pybullet.VELOCITY_CONTROL, force=0, physicsClientId=client)
-    pybullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
     return body
 
 
@@ -41,28 +39,28 @@ def led(world: FluidWorld, body: int, rate: float | None, steps: int) -> list[st
 
 
 @pytest.mark.parametrize("joint", [pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC])
-def test_a_joint_led_without_its_velocity_is_told_of_once_with_the_velocity(client: int, joint: int) -> None:
-    body = paddle(client, joint)
-    world = attach_fluid(client, pool(0.1, 1.0, 0.4), [body])
+def test_a_joint_led_without_its_velocity_is_told_of_once_with_the_velocity(pybullet_client: int, joint: int) -> None:
+    body = paddle(pybullet_client, joint)
+    world = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.4), [body])
     (told,) = led(world, body, 0.0, 6)
     assert f"joint 0 of body {body} is set step after step, but without a velocity" in told
     assert f"resetJointState({body}, 0, ..., targetVelocity=1)" in told
 
 
 @pytest.mark.parametrize("joint", [pybullet.JOINT_REVOLUTE, pybullet.JOINT_PRISMATIC])
-def test_a_joint_led_at_its_velocity_placed_once_or_left_alone_is_not_told_of(client: int, joint: int) -> None:
-    body = paddle(client, joint)
-    world = attach_fluid(client, pool(0.1, 1.0, 0.4), [body])
+def test_a_joint_led_at_its_velocity_placed_once_or_left_alone_is_not_told_of(pybullet_client: int, joint: int) -> None:
+    body = paddle(pybullet_client, joint)
+    world = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.4), [body])
     assert not led(world, body, 1.0, 4)
-    pybullet.resetJointState(body, 0, 0.3, physicsClientId=client)
+    pybullet.resetJointState(body, 0, 0.3, physicsClientId=pybullet_client)
     assert not led(world, body, None, 4)
 
 
-def test_a_ball_joint_is_told_of_too(client: int) -> None:
-    body = paddle(client, pybullet.JOINT_SPHERICAL)
-    world = attach_fluid(client, pool(0.1, 1.0, 0.4), [body])
+def test_a_ball_joint_is_told_of_too(pybullet_client: int) -> None:
+    body = paddle(pybullet_client, pybullet.JOINT_SPHERICAL)
+    world = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.4), [body])
     with pytest.warns(UserWarning, match=r"as in resetJointStateMultiDof\("):
         for step in range(4):
             turn = (0.0, math.sin(0.5 * step * STEP), 0.0, math.cos(0.5 * step * STEP))
-            pybullet.resetJointStateMultiDof(body, 0, turn, targetVelocity=(0, 0, 0), physicsClientId=client)
+            pybullet.resetJointStateMultiDof(body, 0, turn, targetVelocity=(0, 0, 0), physicsClientId=pybullet_client)
             world.step()

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pybullet
-import pybullet_data
 import pytest
 
 from coupling.pybullet_world.links import LinkedBody, LinkSystem, read_links
@@ -15,14 +12,10 @@ GRAVITY = np.array((0.3, -0.5, -9.81))
 STEP = 1e-4
 
 
-@pytest.fixture
-def client() -> Iterator[int]:
-    identifier = pybullet.connect(pybullet.DIRECT)
-    pybullet.setAdditionalSearchPath(pybullet_data.getDataPath(), physicsClientId=identifier)
-    pybullet.setGravity(*GRAVITY, physicsClientId=identifier)
-    pybullet.setTimeStep(STEP, physicsClientId=identifier)
-    yield identifier
-    pybullet.disconnect(identifier)
+@pytest.fixture(autouse=True)
+def _slanting_gravity_and_short_steps(pybullet_client: int) -> None:
+    pybullet.setGravity(*GRAVITY, physicsClientId=pybullet_client)
+    pybullet.setTimeStep(STEP, physicsClientId=pybullet_client)
 
 
 def unbrake(client: int, body: int) -> None:
@@ -94,19 +87,19 @@ def measured_and_expected(client: int, linked: list[LinkedBody], step: float = S
 
 @pytest.mark.parametrize("base_mass", [1.5, 0.0])
 @pytest.mark.parametrize("kind", ["REVOLUTE", "PRISMATIC", "SPHERICAL", "FIXED"])
-def test_links_accelerate_as_they_are_said_to(client: int, kind: str, base_mass: float) -> None:
+def test_links_accelerate_as_they_are_said_to(pybullet_client: int, kind: str, base_mass: float) -> None:
     joint = getattr(pybullet, f"JOINT_{kind}")
-    body = chain(client, joint, base_mass=base_mass)
+    body = chain(pybullet_client, joint, base_mass=base_mass)
     if base_mass > 0.0:
-        set_going(client, body, joint)
-    measured, expected = measured_and_expected(client, [LinkedBody(client, body)])
+        set_going(pybullet_client, body, joint)
+    measured, expected = measured_and_expected(pybullet_client, [LinkedBody(pybullet_client, body)])
     # pybullet turns with the step, so that its link velocities differ in first order of it
     np.testing.assert_allclose(measured, expected, atol=1e-2 * np.abs(expected).max())
 
 
-def test_inverse_mass_is_symmetric_and_moves_no_fixed_base(client: int) -> None:
-    body = LinkedBody(client, chain(client, pybullet.JOINT_REVOLUTE, base_mass=0.0))
-    system = read_links(client, [body], GRAVITY, STEP)
+def test_inverse_mass_is_symmetric_and_moves_no_fixed_base(pybullet_client: int) -> None:
+    body = LinkedBody(pybullet_client, chain(pybullet_client, pybullet.JOINT_REVOLUTE, base_mass=0.0))
+    system = read_links(pybullet_client, [body], GRAVITY, STEP)
     np.testing.assert_allclose(system.inverse_mass, system.inverse_mass.T, atol=1e-12)
     assert np.linalg.eigvalsh(system.inverse_mass).min() > -1e-12
     assert np.linalg.matrix_rank(system.inverse_mass) == 3  # three hinges and nothing else
@@ -114,64 +107,67 @@ def test_inverse_mass_is_symmetric_and_moves_no_fixed_base(client: int) -> None:
     assert list(system.is_free) == [False, True, True, True]
 
 
-def test_bodies_that_nothing_ties_answer_each_for_itself(client: int) -> None:
-    bodies = [LinkedBody(client, chain(client, pybullet.JOINT_REVOLUTE, base_mass=mass)) for mass in (1.5, 0.0, 0.7)]
-    together = read_links(client, bodies, np.array(GRAVITY), STEP)
+def test_bodies_that_nothing_ties_answer_each_for_itself(pybullet_client: int) -> None:
+    bodies = [
+        LinkedBody(pybullet_client, chain(pybullet_client, pybullet.JOINT_REVOLUTE, base_mass=mass))
+        for mass in (1.5, 0.0, 0.7)
+    ]
+    together = read_links(pybullet_client, bodies, np.array(GRAVITY), STEP)
     expected = np.zeros_like(together.inverse_mass)
     for n, body in enumerate(bodies):
-        alone, rows = read_links(client, [body], np.array(GRAVITY), STEP), slice(24 * n, 24 * n + 24)
+        alone, rows = read_links(pybullet_client, [body], np.array(GRAVITY), STEP), slice(24 * n, 24 * n + 24)
         expected[rows, rows] = alone.inverse_mass
         np.testing.assert_array_equal(together.acceleration[4 * n : 4 * n + 4], alone.acceleration)
     np.testing.assert_array_equal(together.inverse_mass, expected)
 
 
-def test_forces_reach_links_of_a_fixed_base_that_motors_hold(client: int) -> None:
-    body = chain(client, pybullet.JOINT_REVOLUTE, base_mass=0.0)
+def test_forces_reach_links_of_a_fixed_base_that_motors_hold(pybullet_client: int) -> None:
+    body = chain(pybullet_client, pybullet.JOINT_REVOLUTE, base_mass=0.0)
     for link in range(3):
         pybullet.setJointMotorControl2(
-            body, link, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=1e6, physicsClientId=client
+            body, link, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=1e6, physicsClientId=pybullet_client
         )
-    linked = LinkedBody(client, body)
+    linked = LinkedBody(pybullet_client, body)
     for _ in range(3):
-        system = read_links(client, [linked], GRAVITY, STEP)
-        pybullet.stepSimulation(physicsClientId=client)
+        system = read_links(pybullet_client, [linked], GRAVITY, STEP)
+        pybullet.stepSimulation(physicsClientId=pybullet_client)
     assert not system.inverse_mass.any()
     assert list(system.is_free) == [False, True, True, True]
 
 
-def test_a_constraint_on_what_motors_hold_changes_nothing(client: int) -> None:
+def test_a_constraint_on_what_motors_hold_changes_nothing(pybullet_client: int) -> None:
     """There is nothing left that it could hold."""
-    body = chain(client, pybullet.JOINT_REVOLUTE, base_mass=0.0)
+    body = chain(pybullet_client, pybullet.JOINT_REVOLUTE, base_mass=0.0)
     for link in range(3):
         pybullet.setJointMotorControl2(
-            body, link, pybullet.POSITION_CONTROL, targetPosition=0.0, force=1e6, physicsClientId=client
+            body, link, pybullet.POSITION_CONTROL, targetPosition=0.0, force=1e6, physicsClientId=pybullet_client
         )
-    place = pybullet.getLinkState(body, 2, physicsClientId=client)[0]
+    place = pybullet.getLinkState(body, 2, physicsClientId=pybullet_client)[0]
     away = (place[0], place[1], place[2] + 1e-3)
     pybullet.createConstraint(
-        body, 2, -1, -1, pybullet.JOINT_POINT2POINT, (0, 0, 0), (0, 0, 0), away, physicsClientId=client
+        body, 2, -1, -1, pybullet.JOINT_POINT2POINT, (0, 0, 0), (0, 0, 0), away, physicsClientId=pybullet_client
     )
-    linked = LinkedBody(client, body)
+    linked = LinkedBody(pybullet_client, body)
     for _ in range(5):
-        system = read_links(client, [linked], GRAVITY, STEP)
-        pybullet.stepSimulation(physicsClientId=client)
+        system = read_links(pybullet_client, [linked], GRAVITY, STEP)
+        pybullet.stepSimulation(physicsClientId=pybullet_client)
     np.testing.assert_allclose(system.inverse_mass, 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("without", ["mass", "inertia"])
-def test_what_has_no_inertia_is_not_moved_by_forces(client: int, without: str) -> None:
+def test_what_has_no_inertia_is_not_moved_by_forces(pybullet_client: int, without: str) -> None:
     """A leaf without mass on a hinge, and a body that may not turn: pybullet moves them so."""
-    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.15] * 3, physicsClientId=client)
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.15] * 3, physicsClientId=pybullet_client)
     if without == "mass":
         body = pybullet.createMultiBody(
             5.0, shape, linkMasses=[0.0], linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1], linkPositions=[(0, 0, 0.2)],
             linkOrientations=[(0, 0, 0, 1)], linkInertialFramePositions=[(0, 0, 0)], linkInertialFrameOrientations=[(0, 0, 0, 1)],
-            linkParentIndices=[0], linkJointTypes=[pybullet.JOINT_REVOLUTE], linkJointAxis=[(0, 0, 1)], physicsClientId=client,
+            linkParentIndices=[0], linkJointTypes=[pybullet.JOINT_REVOLUTE], linkJointAxis=[(0, 0, 1)], physicsClientId=pybullet_client,
         )  # fmt: skip
     else:
-        body = pybullet.createMultiBody(5.0, shape, physicsClientId=client)
-        pybullet.changeDynamics(body, -1, localInertiaDiagonal=(0, 0, 0), physicsClientId=client)
-    system = read_links(client, [LinkedBody(client, body)], GRAVITY, STEP)
+        body = pybullet.createMultiBody(5.0, shape, physicsClientId=pybullet_client)
+        pybullet.changeDynamics(body, -1, localInertiaDiagonal=(0, 0, 0), physicsClientId=pybullet_client)
+    system = read_links(pybullet_client, [LinkedBody(pybullet_client, body)], GRAVITY, STEP)
     np.testing.assert_allclose(system.inverse_mass[:3, :3], np.eye(3) / 5.0, atol=1e-12)
     np.testing.assert_allclose(system.acceleration[0], [*GRAVITY, 0, 0, 0], atol=1e-12)
     if without == "inertia":
@@ -179,59 +175,72 @@ def test_what_has_no_inertia_is_not_moved_by_forces(client: int, without: str) -
 
 
 @pytest.mark.parametrize("kind", ["POINT2POINT", "FIXED"])
-def test_constraints_tie_bodies_to_each_other_and_to_the_world(client: int, kind: str) -> None:
-    pybullet.setPhysicsEngineParameter(numSolverIterations=500, physicsClientId=client)
-    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=(0.1, 0.1, 0.1), physicsClientId=client)
+def test_constraints_tie_bodies_to_each_other_and_to_the_world(pybullet_client: int, kind: str) -> None:
+    pybullet.setPhysicsEngineParameter(numSolverIterations=500, physicsClientId=pybullet_client)
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_BOX, halfExtents=(0.1, 0.1, 0.1), physicsClientId=pybullet_client
+    )
     bodies = [
-        pybullet.createMultiBody(1.0 + n, shape, basePosition=(0.5 * n, 0, 1), physicsClientId=client) for n in range(2)
+        pybullet.createMultiBody(1.0 + n, shape, basePosition=(0.5 * n, 0, 1), physicsClientId=pybullet_client)
+        for n in range(2)
     ]
     joint = getattr(pybullet, f"JOINT_{kind}")
     ties = [((bodies[0], bodies[1]), (0.25, 0, 0), (-0.25, 0, 0)), ((bodies[0], -1), (-0.25, 0, 0), (-0.25, 0, 1))]
     for (first, second), pivot, other in ties[: 2 if kind == "POINT2POINT" else 1]:
-        tie = pybullet.createConstraint(first, -1, second, -1, joint, (0, 0, 0), pivot, other, physicsClientId=client)
-        pybullet.changeConstraint(tie, maxForce=1e9, physicsClientId=client)
+        tie = pybullet.createConstraint(
+            first, -1, second, -1, joint, (0, 0, 0), pivot, other, physicsClientId=pybullet_client
+        )
+        pybullet.changeConstraint(tie, maxForce=1e9, physicsClientId=pybullet_client)
     for body in bodies:
-        unbrake(client, body)
-    linked = [LinkedBody(client, body) for body in bodies]
-    measured_and_expected(client, linked)  # that they hold shows when they have carried something
-    measured, expected = measured_and_expected(client, linked)
+        unbrake(pybullet_client, body)
+    linked = [LinkedBody(pybullet_client, body) for body in bodies]
+    measured_and_expected(pybullet_client, linked)  # that they hold shows when they have carried something
+    measured, expected = measured_and_expected(pybullet_client, linked)
     np.testing.assert_allclose(measured, expected, atol=2e-2 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("kind", ["POINT2POINT", "FIXED"])
 @pytest.mark.parametrize(("limit", "freedoms"), [(5.0, 6), (1e3, 0)])
-def test_a_constraint_that_gives_all_it_may_is_a_force(client: int, kind: str, limit: float, freedoms: int) -> None:
-    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=(0.1, 0.1, 0.1), physicsClientId=client)
-    body = pybullet.createMultiBody(1.0, shape, physicsClientId=client)  # of 9.81 N, about twice the smaller limit
+def test_a_constraint_that_gives_all_it_may_is_a_force(
+    pybullet_client: int, kind: str, limit: float, freedoms: int
+) -> None:
+    shape = pybullet.createCollisionShape(
+        pybullet.GEOM_BOX, halfExtents=(0.1, 0.1, 0.1), physicsClientId=pybullet_client
+    )
+    body = pybullet.createMultiBody(
+        1.0, shape, physicsClientId=pybullet_client
+    )  # of 9.81 N, about twice the smaller limit
     joint = getattr(pybullet, f"JOINT_{kind}")
-    tie = pybullet.createConstraint(body, -1, -1, -1, joint, (0, 0, 0), (0, 0, 0), (0, 0, 0), physicsClientId=client)
-    pybullet.changeConstraint(tie, maxForce=limit, physicsClientId=client)
+    tie = pybullet.createConstraint(
+        body, -1, -1, -1, joint, (0, 0, 0), (0, 0, 0), (0, 0, 0), physicsClientId=pybullet_client
+    )
+    pybullet.changeConstraint(tie, maxForce=limit, physicsClientId=pybullet_client)
     if kind == "POINT2POINT":
         freedoms = max(freedoms, 3)
-    linked = LinkedBody(client, body)
+    linked = LinkedBody(pybullet_client, body)
     for expected in (6, freedoms, freedoms):
-        system = read_links(client, [linked], GRAVITY, STEP)
+        system = read_links(pybullet_client, [linked], GRAVITY, STEP)
         assert np.linalg.matrix_rank(system.inverse_mass, tol=1e-6) == expected
-        pybullet.stepSimulation(physicsClientId=client)
+        pybullet.stepSimulation(physicsClientId=pybullet_client)
 
 
-def test_a_motor_that_keeps_its_rate_makes_a_joint_rigid(client: int) -> None:
+def test_a_motor_that_keeps_its_rate_makes_a_joint_rigid(pybullet_client: int) -> None:
     step = 1.0 / 240.0
-    pybullet.setTimeStep(step, physicsClientId=client)
-    body = chain(client, pybullet.JOINT_REVOLUTE)
+    pybullet.setTimeStep(step, physicsClientId=pybullet_client)
+    body = chain(pybullet_client, pybullet.JOINT_REVOLUTE)
     for link in range(3):
         pybullet.setJointMotorControl2(
-            body, link, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=1e4, physicsClientId=client
+            body, link, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=1e4, physicsClientId=pybullet_client
         )
-    linked = LinkedBody(client, body)
+    linked = LinkedBody(pybullet_client, body)
     ranks = []
     for _ in range(3):
-        system = read_links(client, [linked], GRAVITY, step)
+        system = read_links(pybullet_client, [linked], GRAVITY, step)
         ranks.append(np.linalg.matrix_rank(system.inverse_mass))
-        push(client, system, np.full((4, 6), 3.0))
-        pybullet.stepSimulation(physicsClientId=client)
+        push(pybullet_client, system, np.full((4, 6), 3.0))
+        pybullet.stepSimulation(physicsClientId=pybullet_client)
     assert ranks == [9, 6, 6]
-    measured, expected = measured_and_expected(client, [linked], step)
+    measured, expected = measured_and_expected(pybullet_client, [linked], step)
     np.testing.assert_allclose(measured, expected, atol=2e-2 * np.abs(expected).max())
 
 
@@ -248,39 +257,39 @@ def ranks_of(client: int, body: int, steps: int) -> list[int]:
     return ranks
 
 
-def test_default_motors_of_ball_joints_make_them_rigid(client: int) -> None:
-    body = chain(client, pybullet.JOINT_SPHERICAL)
+def test_default_motors_of_ball_joints_make_them_rigid(pybullet_client: int) -> None:
+    body = chain(pybullet_client, pybullet.JOINT_SPHERICAL)
     for link in range(3):
         pybullet.setJointMotorControlMultiDof(
             body, link, pybullet.POSITION_CONTROL, [0, 0, 0, 1], positionGain=0, velocityGain=1, force=[1e4] * 3,
-            physicsClientId=client,
+            physicsClientId=pybullet_client,
         )  # fmt: skip
-    assert ranks_of(client, body, 4) == [15, 6, 6, 6]
+    assert ranks_of(pybullet_client, body, 4) == [15, 6, 6, 6]
 
 
-def test_a_servo_is_rigid_while_it_moves_and_gives_way_once_its_force_is_spent(client: int) -> None:
+def test_a_servo_is_rigid_while_it_moves_and_gives_way_once_its_force_is_spent(pybullet_client: int) -> None:
     for force, expected in ((1e6, 6), (1e-2, 9)):
-        body = chain(client, pybullet.JOINT_REVOLUTE)
+        body = chain(pybullet_client, pybullet.JOINT_REVOLUTE)
         for link in range(3):
             pybullet.setJointMotorControl2(
-                body, link, pybullet.POSITION_CONTROL, targetPosition=1.0, force=force, physicsClientId=client
+                body, link, pybullet.POSITION_CONTROL, targetPosition=1.0, force=force, physicsClientId=pybullet_client
             )
-        ranks = ranks_of(client, body, 6)
+        ranks = ranks_of(pybullet_client, body, 6)
         assert ranks[0] == 9
         assert ranks[2:] == [expected] * 4, force
 
 
-def test_a_body_that_has_left_all_bounds_is_named(client: int) -> None:
-    body = chain(client, pybullet.JOINT_REVOLUTE)
-    linked = LinkedBody(client, body)
-    pybullet.resetBaseVelocity(body, (1e8, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=client)
+def test_a_body_that_has_left_all_bounds_is_named(pybullet_client: int) -> None:
+    body = chain(pybullet_client, pybullet.JOINT_REVOLUTE)
+    linked = LinkedBody(pybullet_client, body)
+    pybullet.resetBaseVelocity(body, (1e8, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=pybullet_client)
     with pytest.raises(ValueError, match=rf"body {body} is at .* allowed: below 1e\+06; .* setTimeStep"):
-        read_links(client, [linked], GRAVITY, STEP)
+        read_links(pybullet_client, [linked], GRAVITY, STEP)
 
 
-def test_a_body_removed_behind_the_fluids_back_is_named(client: int) -> None:
-    body = chain(client, pybullet.JOINT_REVOLUTE)
-    linked = LinkedBody(client, body)
-    pybullet.removeBody(body, physicsClientId=client)
+def test_a_body_removed_behind_the_fluids_back_is_named(pybullet_client: int) -> None:
+    body = chain(pybullet_client, pybullet.JOINT_REVOLUTE)
+    linked = LinkedBody(pybullet_client, body)
+    pybullet.removeBody(body, physicsClientId=pybullet_client)
     with pytest.raises(ValueError, match=rf"body {body} is no longer in the client, allowed: remove_body"):
-        read_links(client, [linked], GRAVITY, STEP)
+        read_links(pybullet_client, [linked], GRAVITY, STEP)
