@@ -14,8 +14,8 @@ from recordings.frame import Color, MeshDescription, PhaseDescription
 WATER: Color = (64, 140, 196, 255)
 OIL: Color = (48, 28, 12, 255)
 WALL: Color = (150, 150, 155, 255)
-SEA: Color = (58, 122, 158, 255)  # by day
-NAME: Color = (206, 92, 0, 255)  # on light and on dark ground
+SEA: Color = (72, 148, 186, 255)  # by day
+NAME: Color = (184, 70, 0, 255)  # on light and on dark ground
 LIMIT: Color = (200, 40, 40, 255)
 FORCE: Color = (214, 40, 110, 255)
 _OTHERS: tuple[Color, ...] = ((196, 120, 40, 255), (86, 150, 92, 255), (150, 96, 170, 255))

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 HEIGHT_GRID = 1.0 / 256.0  # [m] to which recorded heights are rounded; a power of two, so that the file compresses
 _LIGHT = np.array([-0.45, -0.35, 0.82])  # [1] direction to the sun, about of length 1
-_RELIEF = 3.5  # [1] exaggeration of slopes in the light, so that low waves are seen
-_DIMMEST, _BRIGHTEST = 0.55, 1.3  # [1] brightness of the steepest slopes
+_RELIEF = 6.0  # [1] exaggeration of slopes in the light, so that low waves are seen
+_DIMMEST, _FLAT = 0.5, 0.86  # [1] brightness of the steepest slopes away from the sun, and of the flat sea
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,11 +47,11 @@ class SurfaceFrame:
 
     @property
     def brightness(self) -> npt.NDArray[np.float32]:
-        """Daylight (N M,) [1] on the surface: 1 on the flat sea, more towards the sun and less away from it."""
+        """Daylight (N M,) [1] on the surface: up to 1 towards the sun, less away from it."""
         slopes = np.gradient(self.height.astype(np.float64), self.x, self.y)
         normal = np.stack([-_RELIEF * slopes[0], -_RELIEF * slopes[1], np.ones_like(slopes[0])], axis=-1)
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        light = np.clip((normal @ _LIGHT) / _LIGHT[2], _DIMMEST, _BRIGHTEST)
+        light = np.clip(_FLAT * (normal @ _LIGHT) / _LIGHT[2], _DIMMEST, 1.0)
         return np.asarray(light.ravel(), dtype=np.float32)
 
 

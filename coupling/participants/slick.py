@@ -11,7 +11,7 @@ The slick does not act on the bodies.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -108,9 +108,10 @@ class SlickParticipant:
         self.bodies = tuple(dict.fromkeys(named))
         self._poses: Array | None = None
         self._start = 0.0
-        self._account = slick.account
+        self._outputs: dict[str, Array] = {}
         inputs = [Variable("poses", "m, 1", (len(self.bodies), 7), Causality.INPUT)] if self.bodies else []
         self._variables = variable_table([*inputs, *self._declared_outputs()])
+        self.observe()
 
     def _declared_outputs(self) -> list[Variable]:
         causes = [cause.name.lower() for cause in LossCause]
@@ -169,37 +170,30 @@ class SlickParticipant:
         self.observe()
 
     def observe(self) -> None:
-        """Take the account again: oil may have been released or recovered since the last step."""
-        self._account = self._slick.account
+        """Read the outputs again: oil may have been released or recovered since the last step."""
+        account = self._slick.account
+        self._outputs = {name: np.array(getattr(account, name)) for name in ACCOUNT}
+        self._outputs |= {f"lost.{cause}": np.array(volume) for cause, volume in account.lost_by_cause.items()}
+        for boom, rows in self._rows.items():
+            self._outputs |= {f"{boom}.{quantity}": value for quantity, value in self._of_boom(rows)}
 
     def get(self, name: str) -> Array:
         """Return an output, of its variable's shape () or (S,), in its unit [m3, m, m/s]; ValueError for another name."""
-        variable = self._variables.get(name)
-        if variable is None or variable.causality is not Causality.OUTPUT:
-            outputs = [one.name for one in self._variables.values() if one.causality is Causality.OUTPUT]
-            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(outputs)}")
-        if name in ACCOUNT:
-            return np.array(getattr(self._account, name))
-        owner, _, quantity = name.partition(".")
-        if owner == "lost" and owner not in self._rows:
-            return np.array(self._account.lost_by_cause[quantity])
-        return self._of_boom(*next((boom, name[len(boom) + 1 :]) for boom in self._rows if name.startswith(f"{boom}.")))
+        if name not in self._outputs:
+            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._outputs)}")
+        return self._outputs[name].copy()
 
-    def _of_boom(self, boom: str, quantity: str) -> Array:
-        """Return a quantity of a boom, an array () or (S,)."""
-        rows, pools = self._rows[boom], self._slick.pools
+    def _of_boom(self, rows: slice) -> Iterator[tuple[str, Array]]:
+        """Yield the quantities of a boom, arrays () or (S,), by name."""
+        pools, barriers = self._slick.pools, self._slick.barriers
         held = pools.volume.reshape(-1, 2)[rows]
-        if quantity.startswith("passed."):
-            cause = LossCause[quantity.removeprefix("passed.").upper()]
-            return np.array(self._slick.losses.gone[cause, rows].sum())
-        if quantity == "held":
-            return np.array(held.sum())
-        if quantity == "held_by_segment":
-            return held.sum(axis=1)
-        if quantity in IMMERSION:
-            return np.array(getattr(self._slick.barriers, quantity)[rows])
-        column: Array = getattr(pools, quantity)
-        return np.asarray(column.reshape(-1, 2)[rows].max(axis=1))
+        gone = self._slick.losses.gone[:, rows].sum(axis=1)
+        yield "held", np.array(held.sum())
+        yield from ((f"passed.{cause.name.lower()}", np.array(gone[cause])) for cause in LossCause)
+        yield "held_by_segment", held.sum(axis=1)
+        for quantity in ("thickness", "normal_speed"):
+            yield quantity, np.asarray(getattr(pools, quantity).reshape(-1, 2)[rows].max(axis=1))
+        yield from ((quantity, np.array(getattr(barriers, quantity)[rows])) for quantity in IMMERSION)
 
     def set(self, name: str, value: Array) -> None:
         """Set the poses (N, 7) [m, 1]; the next step uses them. ValueError for the quaternion 0."""

@@ -6,8 +6,9 @@ rim, and fades over FADE spacings at each of four points along it (`oilsim.windo
     share times the load that the particles find, and (1 - share) times that of the formulas (`SharedEnvironment`),
 
 which add up to one load at every place. In the solve bodies answer by S^1/2 M^-1 S^1/2, with S the shares and M^-1 the inverse mass of
-all bodies together: exact for whole shares, and symmetric between them. The body's own motion goes into the places at rest, and its load
-comes back, as `oilsim.window.local_motion` has it.
+all bodies together: exact for whole shares, and symmetric between them. Between different shares it should be M^-1 S; what that differs
+by goes into the free acceleration, with the loads of the last steps, smoothed. The body's own motion goes into the places at rest, and
+its load comes back, as `oilsim.window.local_motion` has it.
 
 Where a body comes into the window, water that it displaces is taken out; where it leaves, water is put back. `water_moved` counts both.
 """
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -50,6 +51,10 @@ FADE = 2.75
 CLEARANCE = 0.5
 # [d] between water and water that is put back; numerical; nearer pairs would be pressed apart
 ROOM = 0.7
+# [1] share of the change of a load that its smoothed value follows in a step; numerical; at once, light neighbours would swing
+SMOOTH = 0.1
+# [s] by which two times may differ and be the same; numerical; far below any step
+ROUNDING = 1e-9
 # (6,) the part of a load that grows with a vertical acceleration of the sea: the weight of displaced water and its moments
 HYDROSTATIC = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
 
@@ -63,11 +68,35 @@ class WindowBody:
 
 
 class Shares:
-    """The shares (B,) of the particles in the loads of bodies, in the order of their `names`."""
+    """The shares (B,) of the particles in the loads of bodies, in the order of their `names`: `values` until `turn` [s], then `later`.
+
+    What holds in a step is known when the step before ends, so the bodies' free accelerations at its start, the particles in it, and
+    the formulas in it all have the same shares.
+    """
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self.names = names
-        self.values = np.zeros(len(names))
+        self.values, self.later, self.turn = np.zeros(len(names)), np.zeros(len(names)), -np.inf
+
+    def at(self, time: float) -> Array:
+        """Return the shares (B,) [1] at `time` [s]."""
+        return self.later if time >= self.turn - ROUNDING else self.values
+
+    def begin(self, time: float) -> None:
+        """Take the shares of the step that begins at `time` [s]."""
+        self.values = self.at(time).copy()
+
+    def announce(self, values: Array, turn: float) -> None:
+        """Note the shares (B,) [1] of the step that begins at `turn` [s]."""
+        self.later, self.turn = values, turn
+
+    def save_state(self) -> dict[str, object]:
+        """Return the shares now and later."""
+        return {"values": self.values.copy(), "later": self.later.copy(), "turn": self.turn}
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go back to what `save_state` returned."""
+        self.values, self.later, self.turn = saved["values"].copy(), saved["later"].copy(), float(saved["turn"])
 
 
 class SharedEnvironment:
@@ -80,24 +109,21 @@ class SharedEnvironment:
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
         """Return the loads on all bodies; time [s], pose (B, 7) [m, 1], twist (B, 6) [m/s, rad/s]."""
         found = self.environment.loads(time, pose, twist)
-        rest = 1.0 - self._shares.values[self._rows]
+        rest = 1.0 - self._shares.at(time)[self._rows]
         return type(found)(*(values * rest.reshape(-1, *(1,) * (values.ndim - 1)) for values in found))
 
 
 class WindowParticipant(FluidParticipant):
-    """Steps a `Window` around `target`, which gives a place (2,) [m] by the poses (7,) [m, 1] of the bodies.
-
-    Whoever loads bodies by what the particles leave is told by `when_shares_change`, within the step in which they change.
-    """
+    """Steps a `Window` around `target`, which gives a place (2,) [m] by the poses (7,) [m, 1] of the bodies."""
 
     def __init__(self, name: str, window: Window, bodies: Mapping[str, WindowBody], target: Target) -> None:
         super().__init__(name, window.fluid, dict.fromkeys(bodies, -1))
         self.window, self.shares = window, Shares(tuple(bodies))
         self.water_moved = {"out": 0, "back": 0}  # particles
-        self.when_shares_change: Callable[[], None] = _do_nothing
         self._bodies, self._target = dict(bodies), target
         self._offsets = np.array([gauss_points(body.surface.position) for body in bodies.values()]).reshape(-1, 4, 3)
         self._handles: dict[str, int] = {}
+        self._steady = np.zeros((len(bodies), 6))  # the same, smoothed over some steps
         self._last = np.zeros(
             (len(bodies), 6)
         )  # loads that the particles found in the last step, in the places at rest
@@ -113,10 +139,7 @@ class WindowParticipant(FluidParticipant):
         )
         self.window.follow(self._target(dict(zip(self.shares.names, pose, strict=True))), time)
         now, later = self._sea_over(pose, twist, time, 0.0), self._sea_over(pose, twist, time, step_size)
-        before = self.shares.values.copy()
-        self._share(now)
-        if not np.array_equal(before, self.shares.values):
-            self.when_shares_change()
+        self.shares.begin(time)
         self._meet(pose, now)
         accelerating = (later.twist - now.twist) / step_size
         added = (accelerating[:, 2:3] / GRAVITY) * HYDROSTATIC * self._last
@@ -127,6 +150,7 @@ class WindowParticipant(FluidParticipant):
         except FluidError as error:
             return StepResult(Status.ERROR, time, str(error), cause=error)
         self._hand_back(twist + step_size * free, now, later, added)
+        self.shares.announce(self._shares_of(later), time + step_size)
         return StepResult(Status.OK, time + step_size)
 
     def _all(self, what: str, size: int) -> Array:
@@ -139,13 +163,13 @@ class WindowParticipant(FluidParticipant):
         offsets = np.einsum("bij,bkj->bki", turns, self._offsets)
         return local_motion(self.window.motion, pose[:, :3] + ahead * twist[:, :3], offsets, time + ahead)
 
-    def _share(self, now: LocalMotion) -> None:
-        """Find every body's share; one far away is in none of the images of the box, which repeats."""
+    def _shares_of(self, now: LocalMotion) -> Array:
+        """Return every body's share (B,); one far away is in none of the images of the box, which repeats."""
         rim, along = self.window.rim, list(self.window.rim.along)
         inward = rim.inward(now.points.reshape(-1, 3)).reshape(-1, 4) - rim.width
         away = np.abs(now.points[..., along] - rim.center[along]) > 0.5 * np.array(rim.size)[along]
         inward[away.any(-1)] = 0.0
-        self.shares.values[:] = np.clip(inward / (FADE * self.window.settings.spacing), 0.0, 1.0).mean(1)
+        return np.clip(inward / (FADE * self.window.settings.spacing), 0.0, 1.0).mean(1)
 
     def _meet(self, pose: Array, now: LocalMotion) -> None:
         """Give the fluid the surfaces of bodies that come in, and take away those of bodies that leave."""
@@ -160,7 +184,7 @@ class WindowParticipant(FluidParticipant):
             else:
                 self._fluid.remove_boundary(self._handles.pop(name))
                 self._put_back(body.mesh, now.rest[n], turn)
-                self._last[n] = 0.0
+                self._last[n] = self._steady[n] = 0.0
 
     def _take_out(self, mesh: Trimesh, rest: Array, turn: Array) -> None:
         """Remove water inside a body at `rest` (3,) [m], turned by `turn` (3, 3), or right at its surface."""
@@ -200,7 +224,9 @@ class WindowParticipant(FluidParticipant):
             return
         inverse_mass = self._inverse_mass(rows, now)
         root = np.sqrt(self.shares.values[rows])[:, None]
-        accelerations = acceleration[rows] + (inverse_mass @ (root * added[rows]).ravel()).reshape(-1, 6) / root
+        steady = self._steady[rows]
+        pushed = (inverse_mass @ (root * (added[rows] + steady)).ravel()).reshape(-1, 6) / root
+        accelerations = acceleration[rows] + pushed - (inverse_mass @ steady.ravel()).reshape(-1, 6)
         handles = [self._handles[self.shares.names[n]] for n in rows]
         for m, n in enumerate(rows):
             turn, own = now.turn[n].T @ rotation_matrix(pose[n, 3:]), slice(6 * m, 6 * m + 6)
@@ -227,6 +253,7 @@ class WindowParticipant(FluidParticipant):
         for n in met:
             handle = self._handles[self.shares.names[n]]
             self._last[n] = self._fluid.boundary_wrench(handle)
+            self._steady[n] += SMOOTH * (self._last[n] - self._steady[n])
             wrench[n] = self.shares.values[n] * (self._last[n] + added[n])
             foreseen[n] = self._fluid.boundary_twist(handle)
         wrench = _in_sea(now.turn, wrench)
@@ -246,7 +273,12 @@ class WindowParticipant(FluidParticipant):
         """Return the fluid's state, which bodies are in it, their last loads, outputs and inputs."""
         state = super().save_state()
         assert isinstance(state, dict)
-        own = {"handles": dict(self._handles), "last": self._last.copy(), "shares": self.shares.values.copy()}
+        own = {
+            "handles": dict(self._handles),
+            "last": self._last.copy(),
+            "steady": self._steady.copy(),
+            "shares": self.shares.save_state(),
+        }
         return state | own | {"water_moved": dict(self.water_moved)}
 
     def restore_state(self, state: object) -> None:
@@ -261,12 +293,9 @@ class WindowParticipant(FluidParticipant):
         for name, handle in self._handles.items():
             self._fluid.add_boundary(self._bodies[name].surface, handle)
         super().restore_state(state)
-        self._last, self.shares.values[:] = state["last"].copy(), state["shares"]
+        self._last, self._steady = state["last"].copy(), state["steady"].copy()
+        self.shares.restore_state(state["shares"])
         self.water_moved = dict(state["water_moved"])
-
-
-def _do_nothing() -> None:
-    """Tell nobody: no formulas load the bodies."""
 
 
 def _is_near(mesh: Trimesh, points: Array, clearance: float) -> npt.NDArray[np.bool_]:

@@ -320,6 +320,10 @@ class RigidBodyWorld:
         """Return linear [m/s] and angular velocity [rad/s] (6,)."""
         return self._state.twist[self._body(name).row].copy()
 
+    def twists(self, names: Sequence[str]) -> Array:
+        """Return linear [m/s] and angular velocities [rad/s] (n, 6) of several bodies."""
+        return self._state.twist[[self._body(name).row for name in names]]
+
     def wrench(self, name: str) -> Array:
         """Return the fluid's wrench (6,) [N, N m] as last set."""
         return self._state.wrench[self._body(name).row].copy()

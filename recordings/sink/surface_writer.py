@@ -55,8 +55,8 @@ class SurfaceWriter:
 
 
 def _greys(surface: SurfaceFrame) -> npt.NDArray[np.uint8]:
-    """Return the daylight on each vertex as a grey (V, 4), by which the viewer multiplies the colours; full white is the brightest."""
-    grey = np.round(surface.brightness * (255.0 / 1.3)).astype(np.uint8)
+    """Return the daylight on each vertex as a grey (V, 4), by which the viewer multiplies the colours."""
+    grey = np.round(255.0 * surface.brightness).astype(np.uint8)
     return np.stack([grey, grey, grey, np.full_like(grey, 255)], axis=-1)
 
 

@@ -96,7 +96,7 @@ async def _serve(errand: Errand, access: Access, listener: socket.socket, view: 
         ws_max_size=LONGEST,
         ws_per_message_deflate=False,
         limit_concurrency=MOST_CONNECTIONS,
-        log_level="warning",
+        log_level="error",
         server_header=False,
         timeout_graceful_shutdown=2,
         lifespan="off",

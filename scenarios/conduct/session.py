@@ -29,7 +29,7 @@ from scenarios.running.checkpoints import checkpoint_folder
 
 MOST_LINES = 1000  # [1] of the log that pages can still see
 MOST_WAITING = 8  # [1] commands that wait for the run
-LAST_WORDS = 30.0  # [s] that a run may take over its end
+LAST_WORDS = 120.0  # [s] that a run may take over its end, checkpoint and summary included, on a busy machine
 _PLAIN: Mapping[str, Kind] = {"pause": "pause", "go-on": "go-on", "step": "step", "end": "end"}
 
 

@@ -201,11 +201,11 @@ class BoomScore:
 
     def _state(self, world: RigidBodyWorld) -> BoomState:
         names = [segment.name for segment in self._layout.segments]
-        poses = np.array([world.pose(name) for name in names])
+        poses = world.poses(names)
         return BoomState(
             position=poses[:, :3],
             orientation=poses[:, 3:],
-            velocity=np.array([world.twist(name)[:3] for name in names]),
+            velocity=world.twists(names)[:, :3],
             joint_points=self._layout.segment.joint_points,
             waterline=self._layout.segment.waterline,
         )

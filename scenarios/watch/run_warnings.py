@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
@@ -102,10 +104,11 @@ class Remarks:
     def _bodies(self) -> Iterator[tuple[str, str]]:
         if self._world is None:
             return
-        for name in self._world.free_body_names:
-            for axis, at, low, high in zip(
-                "xyz", self._world.pose(name), self._tank.lower, self._tank.upper, strict=False
-            ):
-                side = f"-{axis}" if at < low else f"+{axis}" if at > high else ""
-                if side in self._tank.open and side != "+z":  # from where it falls back
-                    yield f"body {name}", f"has left the tank through its open side {side}"
+        names = self._world.free_body_names
+        places = self._world.poses(names)[:, :3]
+        beyond = (places < np.array(self._tank.lower)) | (places > np.array(self._tank.upper))
+        for row, axis in np.argwhere(beyond).tolist():
+            name, sign = names[row], "-" if places[row, axis] < self._tank.lower[axis] else "+"
+            side = f"{sign}{'xyz'[axis]}"
+            if side in self._tank.open and side != "+z":  # from where it falls back
+                yield f"body {name}", f"has left the tank through its open side {side}"

@@ -25,6 +25,7 @@ from tests.validation.liquids.two_layers import TWO_LAYERS
 from tests.validation.liquids.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
 from tests.validation.liquids.wave_drift import WAVE_DRIFT
 from tests.validation.liquids.waves import INTERFACE_WAVE, STANDING_WAVE
+from tests.validation.liquids.window_rim import WINDOW_RIM
 
 CASES: tuple[Case, ...] = tuple(
     sorted(
@@ -33,7 +34,7 @@ CASES: tuple[Case, ...] = tuple(
             STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
             TOWED_CYLINDER, BOOM_FLUME, BOOM_LOSSES, BOOM_RAMP, BOOM_SLICE, BOOM_ROUNDING, HARBOUR_FLUME, BOOM_HELD_OUT, THICK_REST,
-            SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES,
+            SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM,
         ),
         key=lambda case: case.number,
     )

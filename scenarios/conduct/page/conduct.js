@@ -144,7 +144,7 @@ function select(name) {
 // Lets the 3-D view show the moment at which the timeline stands.
 function moveScene() {
   const frame = at("view-scene").firstChild;
-  if (frame) frame.contentWindow.postMessage({ time: timeline.past, latest: timeline.end }, location.origin);
+  if (frame) frame.contentWindow.postMessage({ time: timeline.past }, location.origin);
 }
 
 async function debrief() {
@@ -203,15 +203,24 @@ for (const name of ["plan", "scene", "both"]) at(`tab-${name}`).addEventListener
 at("tab-debrief").addEventListener("click", () => openDebriefs(conduct.session.debriefs));
 at("password").addEventListener("close", () => link.retry(at("password-text").value));
 
+// A button that a pointer has pressed gives the keyboard back to the page.
+document.addEventListener("click", (event) => { if (event.detail > 0) event.target.closest?.("button")?.blur(); });
 document.addEventListener("keydown", (event) => {
   if (event.target.closest("input, select, textarea, dialog") || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === " " && event.target.closest("button")) return; // it presses that button
+  press(event.key, event);
+});
+
+// Does what a key stands for on the page of this role.
+function press(key, event) {
+  const helm = conduct.helm;
   const keys = conduct.hello?.role === "instructor"
     ? { " ": toggle, ".": () => link.give("step"), "+": () => rescale(1), "-": () => rescale(-1), m: mark, f: () => at("fit").click() }
-    : conduct.helm ? { ArrowLeft: () => conduct.helm.turn(-5), ArrowRight: () => conduct.helm.turn(5), ArrowUp: () => conduct.helm.change(0.1), ArrowDown: () => conduct.helm.change(-0.1), Enter: () => { if (!event.target.closest("button")) conduct.helm.give(); } } : {};
-  const act = keys[event.key];
-  if (act) { act(); if (event.key !== "Enter") event.preventDefault(); }
-});
+    : helm ? { ArrowLeft: () => helm.turn(-5), ArrowRight: () => helm.turn(5), ArrowUp: () => helm.change(0.1), ArrowDown: () => helm.change(-0.1), Enter: () => { if (!event?.target.closest("button")) helm.give(); } } : {};
+  if (!keys[key]) return;
+  keys[key]();
+  if (key !== "Enter") event?.preventDefault();
+}
 
 plan.onPin = () => { if (at("spill-place")) at("spill-place").value = ""; };
 const token = location.hash.slice(1);
@@ -219,4 +228,8 @@ const link = conduct.link = new Link(token, (message) => on[message.kind]?.(mess
 const timeline = new Timeline(at, link, show), debriefs = new Debriefs(at("view-debrief"), link, token);
 timeline.onPresent = () => { if (conduct.state) show(conduct.state); moveScene(); };
 timeline.onLook = moveScene;
-addEventListener("message", (event) => { if (event.origin === location.origin && event.data === "scene" && timeline.past !== null) moveScene(); });
+addEventListener("message", (event) => {
+  if (event.origin !== location.origin) return;
+  if (event.data === "scene" && timeline.past !== null) moveScene();
+  if (event.data.key) press(event.data.key);
+});

@@ -149,7 +149,7 @@ function crew(place, vessel, scene, link) {
 
 // Thrust and rudder by hand, instead of a helmsman who keeps course and speed.
 function levers(place, vessel, link) {
-  const slide = (id, title, low, high) => `<label class="lever">${title} <output id="${id}-words" for="${id}"></output><input id="${id}" type="range" min="-100" max="100" step="5" value="0"><span class="ends quiet"><span>${low}</span><span>${high}</span></span></label>`;
+  const slide = (id, title, low, high) => `<div class="lever"><label for="${id}">${title}</label><output id="${id}-words" for="${id}"></output><input id="${id}" type="range" min="-100" max="100" step="5" value="0"><span class="ends quiet" aria-hidden="true"><span>${low}</span><span>${high}</span></span></div>`;
   const box = group(place, "Thrust and rudder by hand", `${slide("lever-thrust", "Thrust", "astern", "ahead")}${slide("lever-rudder", "Rudder", "port", "starboard")}
     <div class="row"><button id="lever-give">Take the levers</button><button id="lever-middle">Stop, amidships</button></div>
     <p class="quiet">The levers act when you take them, and then whenever you let go of one. An order of course and speed gives the helm back.</p>`);

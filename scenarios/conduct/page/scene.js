@@ -33,10 +33,9 @@ async function begin() {
   let wanted = null, isAsking = false;
   async function show() {
     if (isAsking || wanted === null) return;
-    const { time, latest } = wanted;
+    const { time } = wanted;
     [wanted, isAsking] = [null, true];
-    const request = time === null ? setTime(latest, FOLLOWING) : setTime(time, PAUSED);
-    await view.viewer_control(request).catch((error) => console.warn(`the 3-D view did not move: ${error.message}`));
+    await view.viewer_control(setTime(time, time === null ? FOLLOWING : PAUSED)).catch((error) => console.warn(`the 3-D view did not move: ${error.message}`));
     isAsking = false;
     show();
   }
@@ -44,4 +43,11 @@ async function begin() {
   setInterval(() => { if (view.has_panicked()) say("The 3-D view has failed. Open the page again."); }, 1000);
   parent.postMessage("scene", location.origin);
 }
+// The page's keys belong to the page, wherever the focus is; all others move the camera.
+const OF_PAGE = [" ", ".", "+", "-", "m", "Enter", "ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"];
+addEventListener("keydown", (event) => {
+  if (!OF_PAGE.includes(event.key) || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.stopImmediatePropagation();
+  parent.postMessage({ key: event.key }, location.origin);
+}, { capture: true });
 begin().catch((error) => say(`This browser cannot show the 3-D view: ${error.message ?? error}. The plan shows the same from above.`));

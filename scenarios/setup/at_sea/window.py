@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 
 import numpy as np
 
@@ -68,9 +67,6 @@ def couple_window(
     if world is not None and world.environment is not None:
         shared = SharedEnvironment(world.environment, world.loaded_names, participant.shares)
         world.change_environment(shared)
-        participant.when_shares_change = partial(
-            world.change_environment, shared
-        )  # loads of the last shares are no longer true
     asked = None if world is None else Asked(world.body_names, followed)
     return couple_participant(participant, window.fluid, tuple(bodies), world, asked=asked)
 

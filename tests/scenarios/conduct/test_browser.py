@@ -163,7 +163,7 @@ def _branches_and_debriefs(page: sync_api.Page) -> None:
     sync_api.expect(page.locator("#phase")).to_have_text("running")
     page.wait_for_timeout(2000)
     page.get_by_role("button", name="Debrief", exact=True).click()
-    sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(1)
+    sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(1, timeout=4 * PATIENCE)
     with page.expect_download() as saved:
         page.get_by_role("link", name="as one HTML file").click()
     text = Path(saved.value.path()).read_text(encoding="utf-8")
@@ -203,10 +203,17 @@ def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_pa
             page.wait_for_timeout(1000)
         assert found[0] >= 0.2
         assert found[1] > 0.001
+        moved: list[str] = []
+        page.on("console", lambda line: moved.append(line.text) if "did not move" in line.text else None)
+        page.keyboard.press("Space")
+        sync_api.expect(page.locator("#phase")).to_have_text("paused", timeout=PATIENCE)
         page.locator("#moment").fill("0.5")
         sync_api.expect(page.locator("#looking")).to_contain_text("looks at 0:00.5")
-        page.wait_for_timeout(2000)
+        page.wait_for_timeout(3000)
         assert shares()[0] >= 0.2
+        page.locator("#present").click()
+        page.wait_for_timeout(3000)
+        assert moved == []
         assert page.faults == []  # type: ignore[attr-defined]
 
 

@@ -32,10 +32,15 @@ from tests.poison import Poison
 from tests.scenarios.kills import started_run
 
 SPACINGS = {
+    "anchored-containment": 0.25,
     "calm-spread": 0.2,
     "dam-break": 0.1,
+    "deploy-and-connect": 0.25,
     "floating-box": 0.1,
     "harbour-1km": 0.25,
+    "inlet-exclusion": 0.25,
+    "j-sweep-skimmer": 0.25,
+    "river-diversion-cascade": 0.25,
     "rock-coating": 0.03,
     "still-column": 0.1,
     "sweep-200m": 0.25,

@@ -1,8 +1,8 @@
-"""Case 34: the same boom and the same barge with particles and without, towed and in waves.
+"""Case 34: the same boom and the same barge with particles, with a window of them at the boom's apex, and without, towed and in waves.
 
-A boom of 12 m between two fixed ends in a current, which is towing seen from the boom, calm and with head waves; and a free barge in waves.
-Every scene runs twice, once with `run.detail = "none"`. Waves that particles carry lose height, so motions count per height of the wave
-beside the barge.
+A boom of 12 m between two fixed ends in a current, which is towing seen from the boom, calm and with head waves; and a free barge in
+waves. Every scene runs with particles everywhere and with `run.detail = "none"`, the boom also with "window". Waves that particles carry
+lose height, so motions count per height of the wave beside the barge.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from scenarios.schema.bodies import BoxBody
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings
+from scenarios.schema.window import WindowTable
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
 Double = NDArray[np.float64]
@@ -35,6 +36,7 @@ BARGE = (3.0, 1.5, 0.6)  # m: it draws half of its depth
 BARGE_BASIN, BARGE_WIDTH = 14.0, 5.0  # m
 DURATION, COUNTED = 24.0, 8.0  # s: of a run, and of its end that counts
 ZONE = 3.0  # m: length of the zone that renews current and waves
+APEX, WINDOW, WINDOW_DEPTH, ASLEEP = 7.0, 8.0, 1.2, 0.03  # m, m, m, m/s: of the window
 
 
 class Towed(NamedTuple):
@@ -87,6 +89,14 @@ def barge_scene(spacing: float, threads: int | None) -> Scenario:
 def bare(scenario: Scenario) -> Scenario:
     """The same without particles."""
     return replace(scenario, run=replace(scenario.run, detail="none"))
+
+
+def in_window(scenario: Scenario, aside: float = 0.0) -> Scenario:
+    """The same with a window of particles, `aside` [m] of the boom's apex."""
+    run = replace(scenario.run, detail="window")
+    window = WindowTable(target=(APEX + aside, 0.5 * WIDTH), size=(WINDOW, WINDOW), depth=WINDOW_DEPTH)
+    fluid = replace(scenario.fluid, sleep_speed=ASLEEP, maximum_time_step=None)
+    return replace(scenario, run=run, window=window, fluid=fluid)
 
 
 def _run(assembly: Assembly, bench: Bench, read) -> list:  # type: ignore[no-untyped-def, type-arg]
@@ -154,15 +164,21 @@ def shape_apart(one: Towed, other: Towed) -> float:
 def without_particles(resolution: int, bench: Bench) -> Outcome:
     """Case 34: three scenes, twice each."""
     spacing = SKIRT / resolution
-    bench.plan(6.0 * DURATION)
+    bench.plan(8.0 * DURATION)
     booms = {height: boom_scene(spacing, bench.threads, height) for height in (0.0, HEIGHT)}
     pairs = {height: (towed(scene, bench), towed(bare(scene), bench)) for height, scene in booms.items()}
+    windows = {height: towed(in_window(scene), bench) for height, scene in booms.items()}
     barges = [rocked(scene(barge_scene(spacing, bench.threads)), bench) for scene in (replace, bare)]
     values: dict[str, float] = {}
     for height, words in ((0.0, "towed"), (HEIGHT, "in waves")):
         fine, coarse = pairs[height]
         values[f"tension {words}, over that with particles"] = float(coarse.tension.mean() / fine.tension.mean())
         values[f"shape {words}"] = shape_apart(fine, coarse)
+        window = windows[height]
+        values[f"tension {words} in a window, over that with particles"] = float(
+            window.tension.mean() / fine.tension.mean()
+        )
+        values[f"shape {words} in a window"] = shape_apart(fine, window)
     for name in ("heave", "pitch"):
         fine_share, coarse_share = (float(getattr(one, name).std() / one.water.std()) for one in barges)
         values[f"{name} of the barge, over that with particles"] = coarse_share / fine_share
@@ -204,6 +220,10 @@ WITHOUT_PARTICLES = Case(
         Quantity(name="shape towed", unit="% of the length", reference=0.0, scale=1.0, gate=3.0),
         Quantity(name="tension in waves, over that with particles", unit="1", reference=1.0, gate=0.1),
         Quantity(name="shape in waves", unit="% of the length", reference=0.0, scale=1.0, gate=3.0),
+        Quantity(name="tension towed in a window, over that with particles", unit="1", reference=1.0, gate=0.05),
+        Quantity(name="shape towed in a window", unit="% of the length", reference=0.0, scale=1.0, gate=2.0),
+        Quantity(name="tension in waves in a window, over that with particles", unit="1", reference=1.0, gate=0.05),
+        Quantity(name="shape in waves in a window", unit="% of the length", reference=0.0, scale=1.0, gate=2.0),
         Quantity(name="heave of the barge, over that with particles", unit="1", reference=1.0, gate=0.1),
         Quantity(name="pitch of the barge, over that with particles", unit="1", reference=1.0, gate=0.1),
     ),
