@@ -6,8 +6,9 @@ rim, and fades over FADE spacings at each of four points along it (`oilsim.windo
     share times the load that the particles find, and (1 - share) times that of the formulas (`SharedEnvironment`),
 
 which add up to one load at every place. In the solve bodies answer by S^1/2 M^-1 S^1/2, with S the shares and M^-1 the inverse mass of
-all bodies together: exact for whole shares, and symmetric between them. The body's own motion goes into the places at rest, and its load
-comes back, as `oilsim.window.local_motion` has it.
+all bodies together: exact for whole shares, and symmetric between them. Between different shares it should be M^-1 S; what that differs
+by goes into the free acceleration, with the loads of the last steps, smoothed. The body's own motion goes into the places at rest, and
+its load comes back, as `oilsim.window.local_motion` has it.
 
 Where a body comes into the window, water that it displaces is taken out; where it leaves, water is put back. `water_moved` counts both.
 """
@@ -50,6 +51,8 @@ FADE = 2.75
 CLEARANCE = 0.5
 # [d] between water and water that is put back; numerical; nearer pairs would be pressed apart
 ROOM = 0.7
+# [1] share of the change of a load that its smoothed value follows in a step; numerical; at once, light neighbours would swing
+SMOOTH = 0.1
 # [s] by which two times may differ and be the same; numerical; far below any step
 ROUNDING = 1e-9
 # (6,) the part of a load that grows with a vertical acceleration of the sea: the weight of displaced water and its moments
@@ -120,6 +123,7 @@ class WindowParticipant(FluidParticipant):
         self._bodies, self._target = dict(bodies), target
         self._offsets = np.array([gauss_points(body.surface.position) for body in bodies.values()]).reshape(-1, 4, 3)
         self._handles: dict[str, int] = {}
+        self._steady = np.zeros((len(bodies), 6))  # the same, smoothed over some steps
         self._last = np.zeros(
             (len(bodies), 6)
         )  # loads that the particles found in the last step, in the places at rest
@@ -180,7 +184,7 @@ class WindowParticipant(FluidParticipant):
             else:
                 self._fluid.remove_boundary(self._handles.pop(name))
                 self._put_back(body.mesh, now.rest[n], turn)
-                self._last[n] = 0.0
+                self._last[n] = self._steady[n] = 0.0
 
     def _take_out(self, mesh: Trimesh, rest: Array, turn: Array) -> None:
         """Remove water inside a body at `rest` (3,) [m], turned by `turn` (3, 3), or right at its surface."""
@@ -220,7 +224,9 @@ class WindowParticipant(FluidParticipant):
             return
         inverse_mass = self._inverse_mass(rows, now)
         root = np.sqrt(self.shares.values[rows])[:, None]
-        accelerations = acceleration[rows] + (inverse_mass @ (root * added[rows]).ravel()).reshape(-1, 6) / root
+        steady = self._steady[rows]
+        pushed = (inverse_mass @ (root * (added[rows] + steady)).ravel()).reshape(-1, 6) / root
+        accelerations = acceleration[rows] + pushed - (inverse_mass @ steady.ravel()).reshape(-1, 6)
         handles = [self._handles[self.shares.names[n]] for n in rows]
         for m, n in enumerate(rows):
             turn, own = now.turn[n].T @ rotation_matrix(pose[n, 3:]), slice(6 * m, 6 * m + 6)
@@ -247,6 +253,7 @@ class WindowParticipant(FluidParticipant):
         for n in met:
             handle = self._handles[self.shares.names[n]]
             self._last[n] = self._fluid.boundary_wrench(handle)
+            self._steady[n] += SMOOTH * (self._last[n] - self._steady[n])
             wrench[n] = self.shares.values[n] * (self._last[n] + added[n])
             foreseen[n] = self._fluid.boundary_twist(handle)
         wrench = _in_sea(now.turn, wrench)
@@ -266,7 +273,12 @@ class WindowParticipant(FluidParticipant):
         """Return the fluid's state, which bodies are in it, their last loads, outputs and inputs."""
         state = super().save_state()
         assert isinstance(state, dict)
-        own = {"handles": dict(self._handles), "last": self._last.copy(), "shares": self.shares.save_state()}
+        own = {
+            "handles": dict(self._handles),
+            "last": self._last.copy(),
+            "steady": self._steady.copy(),
+            "shares": self.shares.save_state(),
+        }
         return state | own | {"water_moved": dict(self.water_moved)}
 
     def restore_state(self, state: object) -> None:
@@ -281,7 +293,7 @@ class WindowParticipant(FluidParticipant):
         for name, handle in self._handles.items():
             self._fluid.add_boundary(self._bodies[name].surface, handle)
         super().restore_state(state)
-        self._last = state["last"].copy()
+        self._last, self._steady = state["last"].copy(), state["steady"].copy()
         self.shares.restore_state(state["shares"])
         self.water_moved = dict(state["water_moved"])
 
