@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import Literal
 
 import rerun.blueprint as rrb
 
 from recordings import entity_paths, palette
 from recordings.frame import CameraView, RunDescription
-from recordings.sink.cameras import FollowingView, Places, following_views
+from recordings.sink.cameras import FollowingView, Places, following_views, overview
 from recordings.sink.plots import plots_with_series, usual_plots
 
 Layout = Literal["recording", "live", "embedded"]
@@ -32,6 +33,8 @@ def run_blueprint(
     scenes alone, for a page that has its own diagrams. Otherwise the viewer plays the recording at real speed, in a loop, and its cameras
     follow. ``has_film``: the oil is shown as a film on the sea's surface, and not as parcels, too.
     """
+    if run.camera is None and places and has_film:  # the viewer's own would show the sea to its horizon
+        run = replace(run, camera=overview(places))
     live = layout != "recording"
     scenes = _scenes(run, places or {}, follow=not live, hidden=_oils(run) if has_film else [])
     return rrb.Blueprint(

@@ -14,6 +14,7 @@ from recordings.frame import CameraView, RunDescription
 
 Places = Mapping[str, npt.NDArray[np.float64]]
 _APEX_REACH = 0.3  # distance of the apex camera, in lengths of the boom
+_OVERVIEW_REACH = 1.1  # distance of the overview, in extents of the exercise
 _VESSEL_REACH = 2.2  # distance of the vessel camera, in lengths of the vessel
 
 
@@ -38,6 +39,13 @@ def following_views(run: RunDescription, places: Places) -> list[FollowingView]:
             length = float(np.ptp(run.meshes[towing].vertices, axis=0).max())
             views.append(_at_vessel(boom, towing, length, places))
     return views
+
+
+def overview(places: Places) -> CameraView:
+    """Place a camera over the bodies at `places` (3,) [m], so far away that it sees them all."""
+    together = np.array(list(places.values()))
+    middle = 0.5 * (together.min(axis=0) + together.max(axis=0))
+    return _view(middle + _OVERVIEW_REACH * float(np.ptp(together, axis=0).max()) * np.array([-0.4, -1.0, 0.7]), middle)
 
 
 def _outward(boom: BoomDescription, places: Places) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

@@ -57,7 +57,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         },
         "oils": list(assembly.description.oils),
         "pipe": {"height": assembly.level + 0.3, "radius": max(0.1, 2.0 * assembly.description.particle_spacing)},
-        "injects": [{"name": name, "text": one.text} for name, one in getattr(scenario, "injects", {}).items()],
+        "injects": [{"name": name, "text": one.text} for name, one in scenario.injects.items()],
         "films": [
             {"from": start, "words": words, "color": palette.css(color), "opacity": opacity}
             for start, words, color, opacity in palette.FILM
@@ -84,7 +84,7 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, 
         "tow": None if scenario.tow is None else {"speed": scenario.tow.speed, "heading": scenario.tow.heading},
         "weather": weather_of(scenario),
         "pipes": {name: pipe.speed for name, pipe in scenario.emitters.items()},
-        "given": [name for name, one in getattr(scenario, "injects", {}).items() if one.given],
+        "given": [name for name, one in scenario.injects.items() if one.given],
         "oil": as_text(oil_spots(assembly, frame)),
     }
 
@@ -124,6 +124,7 @@ def _boom_scene(boom: BoomDescription, scenario: Scenario) -> dict[str, Any]:
         "length": boom.length,
         "skirt_depth": boom.skirt_depth,
         "full_tension": boom.full_tension,
+        "tow_line": None if scenario.booms[boom.name].line_stiffness is None else scenario.booms[boom.name].tow_line,
         "area": [list(corner) for corner in scenario.booms[boom.name].area],
     }
 

@@ -1,11 +1,13 @@
 """Delay of the console's controls, and the run's pace, with 1, 4 and 20 pages open, beside a page that does not read and a stranger.
 
-`python -m tests.benchmarks.console` prints a table: the time from a command to the word that it has arrived, and to the run's answer.
+`python -m tests.benchmarks.console [PAGES ...]` prints a table: the time from a command to the word that it has arrived, and to the run's
+answer.
 """
 
 from __future__ import annotations
 
 import json
+import sys
 import tempfile
 import threading
 import time
@@ -80,7 +82,7 @@ def main() -> None:
             page.give("go-on")
         print("| pages | arrived, p50 / p99 [ms] | acted, p50 / p99 [ms] | real-time factor, of 2 |")
         print("|------:|------------------------:|----------------------:|-----------------------:|")
-        for count in PAGES:
+        for count in map(int, sys.argv[1:] or PAGES):
             print(measure(one, count), flush=True)
 
 

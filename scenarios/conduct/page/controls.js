@@ -32,8 +32,11 @@ function instructor(place, hello, scene, link) {
   weatherControls(place, scene, link);
   if (scene.oils.length) releaseControls(place, scene, link);
   for (const boom of scene.booms) {
-    const box = group(place, `Boom ${escape(boom.name)}`, `<div class="row">${number(`part-${boom.name}`, "Part at joint", `1 to ${boom.segments - 1}`, 1, 1, boom.segments - 1)}<button class="grave">Part</button></div>`);
-    when(box, "button", () => {
+    const lines = boom.tow_line == null ? "" : `<div class="row">${number(`line-${boom.name}`, "Tow lines, by winch", "m", 0.5, 1, 500)}<button class="haul">Order</button></div>`;
+    const box = group(place, `Boom ${escape(boom.name)}`, `${lines}<div class="row">${number(`part-${boom.name}`, "Part at joint", `1 to ${boom.segments - 1}`, 1, 1, boom.segments - 1)}<button class="grave">Part</button></div>`);
+    if (lines) document.getElementById(`line-${boom.name}`).value = boom.tow_line;
+    when(box, ".haul", () => link.give("order", { settings: [`booms.${boom.name}.tow_line=${value(`line-${boom.name}`)}`] }));
+    when(box, ".grave", () => {
       const joints = [...new Set([...(window.conduct.state?.booms[boom.name].parted ?? []), value(`part-${boom.name}`)])];
       link.give("order", { settings: [`booms.${boom.name}.parted=[${joints.join(",")}]`] });
     });

@@ -84,9 +84,9 @@ export class PlanView {
   fit() {
     const [low, high] = this.limits();
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
-    const span = [Math.max(high[0] - low[0], 1e-3), Math.max(high[1] - low[1], 1e-3)];
-    this.scale = 0.72 * Math.min((width - 60) / span[0], (height - 60) / span[1]);
-    this.center = middleOf(low, high);
+    const middle = this.middle(), span = [0, 1].map((axis) => 2 * Math.max(middle[axis] - low[axis], high[axis] - middle[axis], 1e-3));
+    this.scale = 0.76 * Math.min((width - 60) / span[0], (height - 60) / span[1]);
+    this.center = middle;
     this.isFitted = true;
   }
 
