@@ -133,6 +133,7 @@ def test_ground_and_length_are_checked_when_everything_has_its_place() -> None:
     assert found["moorings.deep.anchor"].startswith("lies on no ground: the tank is open below")
 
 
+@pytest.mark.slow
 def test_moorings_and_drives_work_among_particles() -> None:
     """A moored buoy in a current of particles pulls at its leg, and a tug beside it gets under way by its screws."""
     text = """
