@@ -182,7 +182,8 @@ def _measure(position: Array, columns: Array, cell: float, liquids: Liquids) -> 
 
 def cell_size(volume: Array, thickness: Array) -> float:
     """Return the width of cells [m] that hold `PER_CELL` parcels of volume (N,) [m3] where the oil is; thickness (N,) [m]."""
-    met = max(THINNEST, float((volume * thickness).sum() / volume.sum()))  # else scattered parcels widen their cells without end
+    met = float((volume * thickness).sum() / volume.sum())
+    met = max(THINNEST, met)  # else scattered parcels widen their cells without end
     return math.sqrt(PER_CELL * float(volume.mean()) / met)
 
 
