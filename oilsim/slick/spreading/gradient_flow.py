@@ -116,7 +116,7 @@ def sum_slicks(columns, local, cells, slick, sums):
 def set_mobility(sums, liquids, mobility):
     """Fill mobility (K,) [1/(m s)] with M of each slick of sums (K, 6) [m3], and return the largest R dR/dt [m2/s].
 
-    A single parcel is no slick: it has no gradient but that of the grid. Nor is a film thinner than a molecule, which a skimmer has left.
+    A single parcel is no slick: it has no gradient but that of the grid. Nor is a film thinner than a molecule.
     """
     fastest = 0.0
     for number in range(sums.shape[0]):
@@ -183,6 +183,7 @@ def _measure(position: Array, columns: Array, cell: float, liquids: Liquids) -> 
 def cell_size(volume: Array, thickness: Array) -> float:
     """Return the width of cells [m] that hold `PER_CELL` parcels of volume (N,) [m3] where the oil is; thickness (N,) [m]."""
     met = float((volume * thickness).sum() / volume.sum())
+    met = max(THINNEST, met)  # else scattered parcels widen their cells without end
     return math.sqrt(PER_CELL * float(volume.mean()) / met)
 
 
