@@ -27,9 +27,10 @@ def pool(
 ) -> tuple[Fluid, Basin]:  # fmt: skip
     """Create a tank from `lower` to `upper` [m], open at the top and filled to `depth` [m] around the bodies of a pybullet client.
 
-    The fluid runs on one thread. The tank's walls are the fluid's only, and do not stop bodies. Liquid beyond `domain`, the lower and
-    upper corner [m], is lost; without it the domain ends 4 spacings beyond the tank, and one that reaches farther keeps what splashes
-    out. Attach the fluid by `coupling.plugin.attach_fluid`. Returns the fluid, and the tank for `watch`. Raises ValueError for numbers that are not allowed.
+    The fluid runs on one thread. The tank's walls are the fluid's only, and do not stop bodies. Liquid beyond `domain`, the lower
+    and upper corner [m], is lost; without it the domain ends 4 spacings beyond the tank, and one that reaches farther keeps what
+    splashes out. Attach the fluid by `coupling.plugin.attach_fluid`. Returns the fluid, and the tank for `watch`. Raises ValueError
+    for numbers that are not allowed.
     """
     if domain is None:
         margin = MARGIN * particle_spacing
