@@ -43,6 +43,8 @@ PER_CELL = 9.0
 STABLE = 0.25
 # [1] parts of a step before the cells are made wider instead; numerical; bounds the cost of a step
 MOST_PARTS = 4
+# [m] below which a film does not spread any more; theory; a layer of molecules
+THINNEST = 1e-9
 # [1] h_m over the thickness that a volume element meets on average; theory; the profile (1 - r^2 / R^2)^(1/2)
 MEAN_SHARE = 8.0 / 9.0
 
@@ -114,7 +116,7 @@ def sum_slicks(columns, local, cells, slick, sums):
 def set_mobility(sums, liquids, mobility):
     """Fill mobility (K,) [1/(m s)] with M of each slick of sums (K, 6) [m3], and return the largest R dR/dt [m2/s].
 
-    A single parcel is no slick: it has no gradient but that of the grid.
+    A single parcel is no slick: it has no gradient but that of the grid. Nor is a film thinner than a molecule.
     """
     fastest = 0.0
     for number in range(sums.shape[0]):
@@ -123,6 +125,8 @@ def set_mobility(sums, liquids, mobility):
             continue
         volume = sums[number, 0]
         mean = MEAN_SHARE * sums[number, 1] / volume
+        if mean < THINNEST:
+            continue
         radius = math.sqrt(volume / (math.pi * mean))
         buoyancy = 1.0 - sums[number, 2] / volume / liquids.water_density
         rate = spreading_rate(
@@ -179,6 +183,7 @@ def _measure(position: Array, columns: Array, cell: float, liquids: Liquids) -> 
 def cell_size(volume: Array, thickness: Array) -> float:
     """Return the width of cells [m] that hold `PER_CELL` parcels of volume (N,) [m3] where the oil is; thickness (N,) [m]."""
     met = float((volume * thickness).sum() / volume.sum())
+    met = max(THINNEST, met)  # else scattered parcels widen their cells without end
     return math.sqrt(PER_CELL * float(volume.mean()) / met)
 
 
