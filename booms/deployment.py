@@ -62,6 +62,23 @@ class PlacedLine:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedBridle:
+    """An elastic line from body_a that ends in two legs on body_b, all of stiffness EA and breaking load [N].
+
+    points (3, 3) [m] of the world: the line's end and those of the legs; length of the line and leg_lengths [m], taut without tension.
+    """
+
+    name: str
+    body_a: str
+    body_b: str
+    points: Array
+    length: float
+    leg_lengths: tuple[float, float]
+    stiffness: float
+    breaking_load: float = math.inf
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BoomLayout:
     """A boom as laid out: its segments from the first end to the second, and the points (2, 3) [m] for the tow lines."""
 
@@ -229,7 +246,7 @@ def tow_line(
     mass_per_meter: float,
     diameter: float,
 ) -> tuple[tuple[PlacedBody, ...], tuple[PlacedJoint, ...]]:
-    """Build a taut tow line, bridle included: a thin rigid link with a joint at either end. Return its bodies and joints.
+    """Build a taut tow line: a thin rigid link with a joint at either end. Return its bodies and joints.
 
     vessel_point, boom_point (3,) [m] in the world; mass_per_meter [kg/m]; diameter [m]. If the points coincide, one joint fastens the boom
     to the vessel. Unlike a rope, a rigid link can also push: while the vessel slows down, the reported tension may be a thrust.

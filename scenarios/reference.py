@@ -134,6 +134,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("vessels.NAME.legs", (exercise.LegSettings,)),
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),
+    ("booms.NAME.bridle", (exercise.BridleSettings,)),
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
     ("skimmers.NAME", (recovery.SkimmerSettings,)),

@@ -5,10 +5,10 @@ damping [s] (Kelvin-Voigt):
 
     T = max(0, EA / L (l - L + tau (dl/dt - dL/dt)))   while l > L, else 0.
 
-A line has no mass. Where T passes its breaking load, it parts, and holds nothing from then on. Mooring legs stand among the lines
-(`coupling.rigid.moorings`). The force of a line is computed anew in every sub-step of the rigid bodies, whose length h is chosen for
-it. Symplectic Euler with damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends of the speed along the line
-by unit impulse [1/kg].
+A line has no mass. Where T passes its breaking load, it parts, and holds nothing from then on. Mooring legs and bridles stand among the
+lines (`coupling.rigid.moorings`, `coupling.rigid.bridle`). The force of a line is computed anew in every sub-step of the rigid bodies,
+whose length h is chosen for it. Symplectic Euler with damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends
+of the speed along the line by unit impulse [1/kg].
 Lines that share bodies are stiffer together: there h^2 a + 2 h b < 4, with a the largest eigenvalue of sqrt(k_l k_m) w_lm, k = EA / L,
 b the same with k tau for k, and w_lm the speed at which line l grows by unit impulse along m.
 """
@@ -24,8 +24,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from coupling.rigid.bridle import Bridle
 from coupling.rigid.moorings.mooring_leg import MooringLeg
-from coupling.rigid.rotations import applied
+from coupling.rigid.rotations import applied, places_of
 from oilsim.backend.wrenches import add_force_at
 
 Array = npt.NDArray[np.float64]
@@ -73,10 +74,10 @@ class ElasticLine:
         return tension, wrenches
 
     def stretching(self, pose: Array) -> Array:
-        """Return the row (B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""
-        total = np.zeros((len(pose), 6))
+        """Return the row (1, B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""
+        total = np.zeros((1, len(pose), 6))
         if not self.parted:
-            _add_stretching(self.rows, self.points, pose, total)
+            _add_stretching(self.rows, self.points, pose, total[0])
         return total
 
     def spring(self, pose: Array) -> float:
@@ -97,13 +98,12 @@ class ElasticLine:
         self.tension, self.parted = float(state["tension"]), bool(state["parted"])
 
 
-Line = ElasticLine | MooringLeg
+Line = ElasticLine | MooringLeg | Bridle
 
 
 def stiffest(line: Line, pose: Array, inverse_masses: Array, sub_step: float) -> float:
     """Return the largest EA [N] that is stable in sub-steps of that length [s]; pose (B, 7), inverse_masses (B, 6, 6)."""
-    stretching = line.stretching(pose)
-    compliance = float((stretching * applied(inverse_masses, stretching)).sum())
+    compliance = max(float((row * applied(inverse_masses, row)).sum()) for row in line.stretching(pose))
     if compliance == 0.0:
         return math.inf
     return STABLE * line.length / (compliance * (sub_step**2 + 2.0 * sub_step * line.relaxation_time))
@@ -145,13 +145,12 @@ class Lines:
 
         pose (B, 7), inverse_masses (B, 6, 6).
         """
-        lines = self._lines.values()
-        stretching = [line.stretching(pose) for line in lines]
-        answer = np.array([applied(inverse_masses, row).ravel() for row in stretching])
-        stiffness = np.array([line.spring(pose) for line in lines])
-        compliance = np.array([row.ravel() for row in stretching]) @ answer.T
+        lines = [(line, row) for line in self._lines.values() for row in line.stretching(pose)]
+        answer = np.array([applied(inverse_masses, row).ravel() for _, row in lines])
+        stiffness = np.array([line.spring(pose) for line, _ in lines])
+        compliance = np.array([row.ravel() for _, row in lines]) @ answer.T
         elastic = _largest(compliance, stiffness)
-        damping = _largest(compliance, stiffness * [line.relaxation_time for line in lines])
+        damping = _largest(compliance, stiffness * [line.relaxation_time for line, _ in lines])
         return STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
 
     def order_length(self, name: str, length: float) -> None:
@@ -226,28 +225,9 @@ def _largest(compliance: Array, stiffness: Array) -> float:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _ends(rows: tuple[int, int], points: Array, pose: Array) -> tuple[Array, Array]:
-    """Return positions (2, 3) [m] of both ends of a line, and arms (2, 3) [m] from the centres of mass; pose (B, 7)."""
-    position, arm = points.copy(), points.copy()
-    for end in range(2):
-        if rows[end] < 0:
-            continue
-        x, y, z, w = pose[rows[end], 3:]
-        a, b, c = points[end]
-        # R p = p + 2 q x (q x p + w p)
-        d, e, f = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
-        arm[end, 0] += 2.0 * (y * f - z * e)
-        arm[end, 1] += 2.0 * (z * d - x * f)
-        arm[end, 2] += 2.0 * (x * e - y * d)
-        for axis in range(3):
-            position[end, axis] = pose[rows[end], axis] + arm[end, axis]
-    return position, arm
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
 def _add_stretching(rows: tuple[int, int], points: Array, pose: Array, total: Array) -> None:
     """Add `ElasticLine.stretching` of a line to `total` (B, 6); points (2, 3) [m], pose (B, 7)."""
-    position, arm = _ends(rows, points, pose)
+    position, arm = places_of(rows, points, pose)
     span = position[1] - position[0]
     along = span / max(np.sqrt((span**2).sum()), 1e-12)
     for end in range(2):
@@ -265,7 +245,7 @@ def _pull(
     """
     length, stiffness, relaxation_time, payout_rate = terms
     wrenches = np.zeros((2, 6))
-    position, arm = _ends(rows, points, pose)
+    position, arm = places_of(rows, points, pose)
     span = position[1] - position[0]
     distance = np.sqrt((span**2).sum())
     if distance <= length:

@@ -15,6 +15,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties, require_closed
+from coupling.rigid.bridle import Bridle
 from coupling.rigid.collision_step import Encounters
 from coupling.rigid.engine.bullet_client import BulletClient
 from coupling.rigid.engine.engine_step import Body, EngineStep
@@ -240,6 +241,30 @@ class RigidBodyWorld:
         line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
         line.breaking_load = breaking_load
         self._string(name, line)
+
+    def add_bridle(
+        self,
+        name: str,
+        body_a: str | None,
+        body_b: str,
+        points: tuple[Vector, Vector, Vector],
+        *,
+        length: float,
+        leg_lengths: tuple[float, float],
+        stiffness: float,
+        relaxation_time: float = 0.0,
+        breaking_load: float = math.inf,
+    ) -> None:
+        """Add a line from body_a (None: the world) that ends in two legs on body_b; see `coupling.rigid.bridle`.
+
+        points: of the world [m], the line's end and those of the legs; length of the line alone and leg_lengths [m], stiffness [N],
+        relaxation_time [s], breaking_load [N]. Raises ValueError for legs that cannot be taut together, and for too stiff a line.
+        """
+        bodies = (None if body_a is None else self._body(body_a), self._body(body_b), self._body(body_b))
+        places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
+        rows = (-1 if bodies[0] is None else bodies[0].row, bodies[1].row)
+        own = np.array(places, dtype=np.float64)
+        self._string(name, Bridle(*rows, own, leg_lengths, stiffness, relaxation_time, length, breaking_load))
 
     def add_mooring_leg(
         self,

@@ -81,3 +81,25 @@ def applied(tensor: Array, vector: Array) -> Array:
             for column in range(vector.shape[1]):
                 result[n, row] += tensor[n, row, column] * vector[n, column]
     return result
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def places_of(rows: tuple[int, ...], points: Array, pose: Array) -> tuple[Array, Array]:
+    """Return places (P, 3) [m] of points (P, 3) [m] along the axes of bodies, and arms (P, 3) [m] from their centres of mass; pose (B, 7).
+
+    rows: of the bodies; for -1, the world, a point is the place itself.
+    """
+    place, arm = points.copy(), points.copy()
+    for end in range(len(rows)):
+        if rows[end] < 0:
+            continue
+        x, y, z, w = pose[rows[end], 3:]
+        a, b, c = points[end]
+        # R p = p + 2 q x (q x p + w p)
+        d, e, f = y * c - z * b + w * a, z * a - x * c + w * b, x * b - y * a + w * c
+        arm[end, 0] += 2.0 * (y * f - z * e)
+        arm[end, 1] += 2.0 * (z * d - x * f)
+        arm[end, 2] += 2.0 * (x * e - y * d)
+        for axis in range(3):
+            place[end, axis] = pose[rows[end], axis] + arm[end, axis]
+    return place, arm

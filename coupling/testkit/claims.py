@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,6 @@ from coupling.participant import Causality, Participant
 from coupling.testkit.fits import order_of_convergence
 from coupling.testkit.history import BodyTrack
 from coupling.testkit.readings import Readings
-from coupling.testkit.scene import Scene
 from coupling.testkit.sources import readings_of
 from coupling.testkit.verdict import CheckFailed, Context, require_at_most
 from recordings.checkpoint import state_hash
@@ -62,17 +61,38 @@ def assert_same_at_half_step(run: Callable[[float], float], step: float, *, with
     require_at_most(what, abs(whole - half), within, unit)
 
 
-def assert_same_on_threads(build: Callable[[int], Scene], *, steps: int = 10, threads: Sequence[int] = (1, 2)) -> None:
-    """Require that scenes on different numbers of threads have equal states, bit for bit, after `steps`; CheckFailed if not.
+class Repeatable(Protocol):
+    """A run that can be made again: a scene or a scenario run."""
 
-    build: returns a scene for a number of threads; it is closed afterwards.
+    def __enter__(self) -> Self:
+        """Return the run."""
+
+    def __exit__(self, *error: Any) -> None:
+        """Close the run."""
+
+    def step(self) -> None:
+        """Make one communication step."""
+
+    def save_state(self) -> Mapping[str, Any]:
+        """Return all that the next step depends on."""
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Begin at a state that `save_state` returned."""
+
+
+def assert_same_on_threads(
+    build: Callable[[int], Repeatable], *, steps: int = 10, threads: Sequence[int] = (1, 2)
+) -> None:
+    """Require that runs on different numbers of threads have equal states, bit for bit, after `steps`; CheckFailed if not.
+
+    build: returns a scene or a scenario run for a number of threads; it is closed afterwards.
     """
     hashes = {}
     for count in threads:
         with build(count) as scene:
             for _ in range(steps):
                 scene.step()
-            hashes[count] = state_hash(scene.simulation.save_state())
+            hashes[count] = state_hash(scene.save_state())
     if len(set(hashes.values())) > 1:
         told = ", ".join(f"{found[:12]} on {count}" for count, found in hashes.items())
         raise CheckFailed(
@@ -81,23 +101,23 @@ def assert_same_on_threads(build: Callable[[int], Scene], *, steps: int = 10, th
         )  # fmt: skip
 
 
-def assert_restarts_exactly(build: Callable[[], Scene], *, at: int, steps: int) -> None:
-    """Require that a scene restored from its state after `at` steps makes the next `steps` bit for bit as the first did.
+def assert_restarts_exactly(build: Callable[[], Repeatable], *, at: int, steps: int) -> None:
+    """Require that a run restored from its state after `at` steps makes the next `steps` bit for bit as the first did.
 
-    build: returns a new scene at each call; both are closed afterwards. Raises CheckFailed if the states differ.
+    build: returns a new scene or scenario run at each call; both are closed afterwards. Raises CheckFailed if the states differ.
     """
     with build() as first:
         for _ in range(at):
             first.step()
-        saved = first.simulation.save_state()
+        saved = first.save_state()
         for _ in range(steps):
             first.step()
-        expected = state_hash(first.simulation.save_state())
+        expected = state_hash(first.save_state())
     with build() as second:
-        second.simulation.restore_state(saved)
+        second.restore_state(saved)
         for _ in range(steps):
             second.step()
-        found = state_hash(second.simulation.save_state())
+        found = state_hash(second.save_state())
     if found != expected:
         told = f"state {steps} steps after a restart is {found[:12]}, expected: {expected[:12]}, as without it"
         raise CheckFailed(told, 1.0, 0.0, 0.0, "", Context())

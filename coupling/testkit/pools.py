@@ -23,20 +23,22 @@ from oilsim.solver import Fluid
 
 def pool(
     client: int, bodies: Iterable[int], *, lower: Vector, upper: Vector, depth: float, particle_spacing: float,
-    phase: Phase = WATER,
+    phase: Phase = WATER, domain: tuple[Vector, Vector] | None = None,
 ) -> tuple[Fluid, Basin]:  # fmt: skip
     """Create a tank from `lower` to `upper` [m], open at the top and filled to `depth` [m] around the bodies of a pybullet client.
 
-    The fluid runs on one thread. The tank's walls are the fluid's only, and do not stop bodies. Attach the fluid by
-    `coupling.plugin.attach_fluid`. Returns the fluid, and the tank for `watch`. Raises ValueError for numbers that are not allowed.
+    The fluid runs on one thread. The tank's walls are the fluid's only, and do not stop bodies. Liquid beyond `domain`, the lower
+    and upper corner [m], is lost; without it the domain ends 4 spacings beyond the tank, and one that reaches farther keeps what
+    splashes out. Attach the fluid by `coupling.plugin.attach_fluid`. Returns the fluid, and the tank for `watch`. Raises ValueError
+    for numbers that are not allowed.
     """
-    margin = MARGIN * particle_spacing
-    config = FluidConfig(
-        particle_spacing=particle_spacing,
-        phases=(phase,),
-        lower=(lower[0] - margin, lower[1] - margin, lower[2] - margin),
-        upper=(upper[0] + margin, upper[1] + margin, upper[2] + margin),
-    )
+    if domain is None:
+        margin = MARGIN * particle_spacing
+        domain = (
+            (lower[0] - margin, lower[1] - margin, lower[2] - margin),
+            (upper[0] + margin, upper[1] + margin, upper[2] + margin),
+        )
+    config = FluidConfig(particle_spacing=particle_spacing, phases=(phase,), lower=domain[0], upper=domain[1])
     if not 0.0 < depth <= upper[2] - lower[2]:
         raise ValueError(f"pool: depth is {depth} m, allowed: above 0, to its height of {upper[2] - lower[2]:g} m")
     fluid = Fluid(config, threads=1)

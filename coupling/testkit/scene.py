@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from types import TracebackType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import trimesh
@@ -186,6 +186,14 @@ class Scene:
     def step(self) -> None:
         """Make one communication step."""
         self.simulation.step()
+
+    def save_state(self) -> dict[str, Any]:
+        """Return all that the next step depends on, as plain data; the run begins if it has not."""
+        return self.simulation.save_state()
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Go on from a state that `save_state` returned, here or in a scene built alike; CoSimulationError if it does not fit."""
+        self.simulation.restore_state(saved)
 
     def momentum(self) -> Array:
         """Return the momentum (6,) of fluid and free bodies: linear [kg m/s], and angular about the origin [kg m2/s]."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +21,7 @@ from coupling.testkit.sources import basin_of
 from recordings.frame import Frame
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
+from scenarios.running.checkpoints import Restart, run_state
 from scenarios.running.plan import Plan
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import RunRequests
@@ -25,7 +29,7 @@ from scenarios.scenario import Scenario
 
 
 class ScenarioRun:
-    """A run of a shipped scenario, a scenario file or a `Scenario`, on one thread.
+    """A run of a shipped scenario, a scenario file or a `Scenario`, on one thread unless `threads` says otherwise.
 
         with ScenarioRun("floating-box", "fluid.particle_spacing=0.1") as run:
             run.run(1.0)
@@ -36,7 +40,7 @@ class ScenarioRun:
     a `Scenario`.
     """
 
-    def __init__(self, scenario: str | Path | Scenario, *settings: str, demo: bool = False) -> None:
+    def __init__(self, scenario: str | Path | Scenario, *settings: str, demo: bool = False, threads: int = 1) -> None:
         loaded = (
             scenario
             if isinstance(scenario, Scenario)
@@ -44,9 +48,9 @@ class ScenarioRun:
         )
         if isinstance(scenario, Scenario) and (settings or demo):
             raise ValueError(f"scenario run: settings {settings} change a Scenario, allowed: a name or a file")
-        one_thread = replace(loaded, run=replace(loaded.run, threads=1))
-        self.scenario, self.history, self.faults = one_thread, History(), FaultPlan()
-        self._plan = Plan(scenario=one_thread)
+        self.scenario = replace(loaded, run=replace(loaded.run, threads=threads))
+        self.history, self.faults = History(), FaultPlan()
+        self._plan = Plan(scenario=self.scenario)
         self._observers: list[Observer] = []
         self._loop: RunLoop | None = None
         self._assembly: Assembly | None = None
@@ -92,6 +96,22 @@ class ScenarioRun:
             if simulation.is_running:
                 self.step()
 
+    def save_state(self) -> dict[str, Any]:
+        """Return all that the next step depends on, and the run's accounts, as plain data; the run begins if it has not."""
+        return copy.deepcopy(run_state(self.simulation, self.assembly))
+
+    def restore_state(self, saved: Mapping[str, Any]) -> None:
+        """Begin at a state that `save_state` of a run of the same scenario returned.
+
+        Raises ValueError once the run has begun, and for scenarios with injects, which `oilsim run --resume` continues, and
+        CheckpointError for a state that does not fit.
+        """
+        if self._loop is not None or self.scenario.injects:
+            raise ValueError(
+                "scenario run: a state is restored after the run has begun, or with injects, allowed: before, without"
+            )
+        self._begun(Restart(plan=self._plan, index=0, state=saved, source=Path("saved state")))
+
     def readings(self) -> Readings:
         """Return the readings of the run up to now; the run begins if it has not."""
         _ = self.simulation
@@ -124,13 +144,13 @@ class ScenarioRun:
         elif self._assembly is not None:
             self._assembly.fluid.close()
 
-    def _begun(self) -> RunLoop:
+    def _begun(self, restart: Restart | None = None) -> RunLoop:
         if self._loop is None:
             simulation = self.assembly.co_simulation([self.history, *self._observers])
             self._loop = RunLoop(
                 self._plan, self.assembly, simulation, requests=RunRequests(), keepers={}, checkpoints=None
             )
-            self._loop.begin()
+            self._loop.begin(restart)
         return self._loop
 
     def _basin(self) -> Basin | None:

@@ -203,6 +203,45 @@ def _boom_problems(name: object) -> Iterator[Problem]:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BridleSettings(Section):
+    """Two legs in which each elastic tow line of a boom ends; they meet in a junction, from which one line goes on.
+
+    at      "boom": the legs come from the top and the foot of the boom's end; "vessel": from both sides of the vessel's tow point
+    legs    [m] lengths of the legs, from the top and the foot, or from port and starboard
+    spread  [m] at a vessel, between the two points that the legs come from, at most the beam
+    """
+
+    at: Literal["boom", "vessel"] = "boom"
+    legs: Point2 = quantity("m", above=0.0)
+    spread: float | None = quantity("m", default=None, above=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that a spread is given where it is free, and that legs from there can be taut together."""
+        if self.at == "boom" and self.spread is not None:
+            yield Problem("spread", 'is given, allowed: only with at = "vessel"; at a boom it is the height of the end')
+        if self.at == "vessel":
+            yield from (
+                _legs_meet("legs", self.legs, self.spread)
+                if self.spread
+                else (Problem("spread", 'is missing, allowed: above 0 m with at = "vessel"'),)
+            )
+
+    def problems_at(self, height: float, tow_line: float) -> Iterator[Problem]:
+        """Yield problems with a boom's end of that height [m], and with the length [m] from end to vessel."""
+        if self.at == "boom":
+            yield from _legs_meet("bridle.legs", self.legs, height)
+        if max(self.legs) >= tow_line:
+            yield Problem("bridle.legs", f"are {list(self.legs)} m, allowed: below tow_line = {tow_line:g} m")
+
+
+def _legs_meet(path: str, legs: Point2, spread: float) -> Iterator[Problem]:
+    """Yield a problem if legs [m] from points `spread` [m] apart cannot be taut together."""
+    if not abs(legs[0] - legs[1]) < spread < sum(legs):
+        text = f"are {list(legs)} m from points {spread:g} m apart, allowed: more than that together, and less than that in difference"
+        yield Problem(path, text)
+
+
+@dataclass(frozen=True, kw_only=True)
 class BoomSettings(Section):
     """A boom of jointed segments, laid in a U or along a line between two ends.
 
@@ -224,6 +263,7 @@ class BoomSettings(Section):
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
     line_breaking_load  [N] tension at which such a line parts; without it, it never does
+    bridle              two legs in which each such line ends, at the boom or at its vessel; `tow_line` is then from end to vessel
     winch_speed         [m/s] at which such a line is winched to another `tow_line`, ordered while the run goes on
     losses              "closures": what particles are too coarse to lose is modelled, taken out of the boom and labelled (docs/losses.md);
                         "resolved": only what particles lose by themselves
@@ -255,6 +295,7 @@ class BoomSettings(Section):
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
     line_breaking_load: float | None = quantity("N", default=None, above=0.0)
+    bridle: BridleSettings | None = None
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
     seed: int = quantity("", default=0, at_least=0, at_most=2**31 - 1, whole=True)
@@ -316,6 +357,10 @@ class BoomSettings(Section):
             yield Problem("bulge", "is given beside stream, allowed: one of the two")
         if self.line_breaking_load is not None and self.line_stiffness is None:
             yield Problem("line_breaking_load", "is given, allowed: only with line_stiffness")
+        if self.bridle is not None and self.line_stiffness is None:
+            yield Problem("bridle", "is given, allowed: only with line_stiffness")
+        elif self.bridle is not None:
+            yield from self.bridle.problems_at(self.freeboard + self.skirt_depth, self.tow_line)
         if self.deployment in ("exclusion", "diversion") and len(self.area) < 3:
             text = f'has {len(self.area)} corners, allowed: 3 or more with deployment = "{self.deployment}"'
             yield Problem("area", text)

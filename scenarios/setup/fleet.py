@@ -11,7 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom import Boom, BoomDesign
-from booms.deployment import BoomLayout, PlacedBody, PlacedJoint, PlacedLine, lay_between, lay_in_stream, tow_line
+from booms.deployment import (
+    BoomLayout,
+    PlacedBody,
+    PlacedBridle,
+    PlacedJoint,
+    PlacedLine,
+    lay_between,
+    lay_in_stream,
+    tow_line,
+)
+from coupling.rigid.bridle import meeting_point
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
@@ -24,7 +34,7 @@ from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import Drive, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
 from vessels.hull_forces import HullForces
-from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
+from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel, rotated
 from vessels.windage import DRAG_COEFFICIENT, Windage
 
 Array = NDArray[np.float64]
@@ -58,7 +68,7 @@ class Fleet:
     booms: Mapping[str, BoomLayout] = field(default_factory=dict)
     solids: tuple[Solid, ...] = ()
     joints: tuple[PlacedJoint, ...] = ()
-    lines: tuple[PlacedLine, ...] = ()
+    lines: tuple[PlacedLine | PlacedBridle, ...] = ()
     legs: tuple[PlacedLeg, ...] = ()
     tension_joints: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
@@ -81,7 +91,7 @@ def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Sol
     solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
     joints: list[PlacedJoint] = []
     booms: dict[str, BoomLayout] = {}
-    lines: list[PlacedLine] = []
+    lines: list[PlacedLine | PlacedBridle] = []
     tensions: dict[tuple[str, str], str] = {}
     for name, boom in scenario.booms.items():
         if any(isinstance(end, str) and end not in vessels for end in boom.ends):
@@ -218,7 +228,7 @@ class _Ends:
 
     links: list[Solid] = field(default_factory=list)
     joints: list[PlacedJoint] = field(default_factory=list)
-    lines: list[PlacedLine] = field(default_factory=list)
+    lines: list[PlacedLine | PlacedBridle] = field(default_factory=list)
     tensions: dict[str, str] = field(default_factory=dict)
 
 
@@ -251,14 +261,7 @@ def _laid(
         tow_point = vessels[end].initial_tow_point(water_level)
         if settings.line_stiffness is not None:
             ends.lines.append(
-                PlacedLine(
-                    name=holds,
-                    body_a=body_of(end),
-                    body_b=segment,
-                    points=np.array([tow_point, point]),
-                    stiffness=settings.line_stiffness,
-                    breaking_load=settings.line_breaking_load or math.inf,
-                )
+                _strung(holds, vessels[end], segment, np.array([tow_point, point]), settings, water_level)
             )
             ends.tensions[label] = holds
             continue
@@ -269,6 +272,50 @@ def _laid(
         ends.joints += fast
         ends.tensions[label] = fast[-1].name
     return layout, ends
+
+
+def _strung(
+    name: str, vessel: Vessel, segment: str, points: Array, settings: BoomSettings, water_level: float
+) -> PlacedLine | PlacedBridle:
+    """Make an elastic line from a vessel to a boom's end, from and to `points` (2, 3) [m]; water_level [m].
+
+    The line ends in a bridle where there is one. ValueError for a bridle that is wider than its vessel.
+    """
+    assert settings.line_stiffness is not None
+    strength = settings.line_breaking_load or math.inf
+    bodies, bridle = (body_of(vessel.name), segment), settings.bridle
+    if bridle is None:
+        return PlacedLine(
+            name=name,
+            body_a=bodies[0],
+            body_b=bodies[1],
+            points=points,
+            stiffness=settings.line_stiffness,
+            breaking_load=strength,
+        )
+    if bridle.at == "boom":
+        x, y, _ = points[1]
+        heights = water_level + settings.freeboard, water_level - settings.skirt_depth
+        ends = np.array([points[0], *((x, y, height) for height in heights)])
+    else:
+        assert bridle.spread is not None
+        if bridle.spread > vessel.hull.beam:
+            raise ValueError(
+                f"its bridle has a spread of {bridle.spread:g} m, allowed: at most the beam of vessel"
+                f" {vessel.name!r}, {vessel.hull.beam:g} m"
+            )
+        aside = 0.5 * bridle.spread * rotated(np.array([0.0, 1.0, 0.0]), vessel.heading)
+        ends, bodies = np.array([points[1], points[0] + aside, points[0] - aside]), bodies[::-1]
+    return PlacedBridle(
+        name=name,
+        body_a=bodies[0],
+        body_b=bodies[1],
+        points=ends,
+        length=float(np.linalg.norm(meeting_point(ends, bridle.legs) - ends[0])),
+        leg_lengths=bridle.legs,
+        stiffness=settings.line_stiffness,
+        breaking_load=strength,
+    )
 
 
 def _mooring_of(scenario: Scenario, boom: str, joint: int) -> str:

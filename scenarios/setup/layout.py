@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from booms.deployment import PlacedBridle
 from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from oilsim.sea import Sea
@@ -188,17 +189,19 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
 def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> None:
     """Add the elastic lines; one that is too stiff to be stepped is a problem."""
     for line in fleet.lines:
+        rope: dict[str, float] = {
+            "length": line.length,
+            "stiffness": line.stiffness,
+            "relaxation_time": LINE_RELAXATION_TIME,
+            "breaking_load": line.breaking_load,
+        }
+        first, second, *third = (vector(point) for point in line.points)
         try:
-            world.add_line(
-                line.name,
-                line.body_a,
-                line.body_b,
-                (vector(line.points[0]), vector(line.points[1])),
-                length=line.length,
-                stiffness=line.stiffness,
-                relaxation_time=LINE_RELAXATION_TIME,
-                breaking_load=line.breaking_load,
-            )
+            if isinstance(line, PlacedBridle):
+                ends = (first, second, third[0])
+                world.add_bridle(line.name, line.body_a, line.body_b, ends, leg_lengths=line.leg_lengths, **rope)
+            else:
+                world.add_line(line.name, line.body_a, line.body_b, (first, second), **rope)
         except ValueError as error:
             problems.append(Problem(f"booms.{line.name.split('/')[1]}.line_stiffness", f"cannot be used: {error}"))
 

@@ -137,8 +137,7 @@ def test_what_a_strong_motor_moves_feels_the_same_water_whatever_it_weighs(pybul
 
 def test_a_motor_that_yields_to_loads_is_not_taken_for_one_that_holds(pybullet_client: int) -> None:
     """Held by it, then thrown by what the water had laid on it as on something held, a light cube felt 349 N, half its lift."""
-    known = drag_of_a_slide(pybullet_client, 50.0, gain=0.1)[20:]  # once it has been overcome three times
-    assert np.abs(known).max() < 50.0
+    assert np.abs(drag_of_a_slide(pybullet_client, 50.0, gain=0.1)).max() < 50.0
 
 
 @pytest.mark.parametrize("limit", [1.0, 10.0, 100.0, 1e4])
@@ -158,7 +157,7 @@ def test_a_weak_constraint_neither_holds_a_float_nor_throws_it(pybullet_client: 
         speeds.append(pybullet.getBaseVelocity(body, physicsClientId=pybullet_client)[0])
     changes = np.linalg.norm(np.diff(speeds, axis=0), axis=1) * 240.0
     height = pybullet.getBasePositionAndOrientation(body, physicsClientId=pybullet_client)[0][2]
-    assert changes.max() < 265.0 / 1.6  # no more than all of the buoyancy gives the float without the water it carries
+    assert changes.max() < 15.0 * GRAVITY
     assert (height > 0.5) == (limit < 265.0)
 
 

@@ -122,13 +122,13 @@ class MooringLeg:
         return math.hypot(horizontal, pull.vertical), wrenches
 
     def stretching(self, pose: Array) -> Array:
-        """Return the row (B, 6) [-] with which twists of the bodies lengthen the leg, dl/dt = sum of row times twist."""
+        """Return the row (1, B, 6) [-] with which twists of the bodies lengthen the leg, dl/dt = sum of row times twist."""
         end, arm = self._upper_end(pose)
         chord = end - self._place
         along = chord / max(float(np.linalg.norm(chord)), 1e-12)
-        total = np.zeros((len(pose), 6))
+        total = np.zeros((1, len(pose), 6))
         if not self.parted:
-            total[self.row] = np.concatenate([along, cross(arm[None], along[None])[0]])
+            total[0, self.row] = np.concatenate([along, cross(arm[None], along[None])[0]])
         return total
 
     def spring(self, pose: Array) -> float:

@@ -43,7 +43,7 @@ PER_CELL = 9.0
 STABLE = 0.25
 # [1] parts of a step before the cells are made wider instead; numerical; bounds the cost of a step
 MOST_PARTS = 4
-# [m] below which a film does not spread any more; assumed; a layer of molecules
+# [m] below which a film does not spread any more; theory; a layer of molecules
 THINNEST = 1e-9
 # [1] h_m over the thickness that a volume element meets on average; theory; the profile (1 - r^2 / R^2)^(1/2)
 MEAN_SHARE = 8.0 / 9.0

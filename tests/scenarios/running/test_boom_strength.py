@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from booms.catalog import catalogue
-from scenarios.build import build
+from coupling.testing import assert_restarts_exactly
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import load_scenario, scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, joint_name
 from scenarios.schema.structuring import as_data, structure
@@ -20,18 +20,6 @@ PULLED = ("run.detail='none'", "run.communication_step=0.02", "forcing.current.s
 def pulled(*changes: str) -> Scenario:
     """`u-sweep` without particles, its boom across 1 m/s."""
     return load_scenario("u-sweep", overrides=[*PULLED, *changes]).scenario
-
-
-def run_of(scenario: Scenario, until: float = 0.4):
-    assembly = build(scenario)
-    simulation = assembly.co_simulation()
-    simulation.initialize()
-    simulation.run(until)
-    return assembly, simulation
-
-
-def texts(assembly) -> list[str]:
-    return [notice.text for notice in assembly.scoring.take_notices()]
 
 
 def test_a_boom_takes_what_it_does_not_state_from_the_catalogue() -> None:
@@ -66,31 +54,31 @@ def test_all_that_is_wrong_with_a_boom_is_named(table: dict[str, object], paths:
     assert {problem.path for problem in found.value.problems} == paths
 
 
-def test_a_boom_that_bears_its_load_stays_whole_and_tells_its_share() -> None:
-    assembly, simulation = run_of(pulled("booms.main.strength=1e6"))
-    assert len([name for name in assembly.world.joint_names if "/joint-" in name]) == 19
-    largest = max(assembly.world.tension(joint_name("main", number)) for number in range(1, 20))
-    assert largest / 1e6 <= assembly.strength.peak_share["main"] < 0.01
-    simulation.terminate("completed")
+def test_a_boom_that_bears_its_load_stays_whole_and_tells_its_share(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(pulled("booms.main.strength=1e6"))
+    run.run(0.4)
+    world = run.assembly.world
+    assert len([name for name in world.joint_names if "/joint-" in name]) == 19
+    largest = max(world.tension(joint_name("main", number)) for number in range(1, 20))
+    assert largest / 1e6 <= run.assembly.strength.peak_share["main"] < 0.01
 
 
 def test_an_overloaded_connector_fails_and_the_run_goes_on_the_same_after_a_restart() -> None:
     weak = pulled("booms.main.strength=1e6", "booms.main.section_length=3.0", "booms.main.connector_strength=20.0")
-    assembly, simulation = run_of(weak)
-    middle = joint_name("main", 10)
-    assert middle not in assembly.world.joint_names
-    assert assembly.world.tension(middle) == 0.0
-    told = [text for text in texts(assembly) if "has parted at joint 10" in text]
+    made = []
+
+    def build() -> ScenarioRun:
+        made.append(ScenarioRun(weak))
+        return made[-1]
+
+    assert_restarts_exactly(build, at=20, steps=5)
+    for run in made:
+        assert run.assembly.world.tension(joint_name("main", 10)) == 0.0
+        assert joint_name("main", 10) not in run.assembly.world.joint_names
+    told = [event.text for event in made[0].history.events if "has parted at joint 10" in event.text]
     assert len(told) == 1
     assert "its connector has failed" in told[0]
     assert "more than 0.02 kN" in told[0]
-    saved = run_state(simulation, assembly)
-    simulation.run(0.1)
-    other = build(weak)
-    again = other.co_simulation()
-    begin_from(saved, again, other)
-    again.run(0.1)
-    assert run_state_hash(again, other) == run_state_hash(simulation, assembly)
 
 
 def test_a_scenario_may_name_its_boom() -> None:

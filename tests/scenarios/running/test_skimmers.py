@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from scenarios.build import build
+from recordings.checkpoint import state_hash
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.apply_orders import give_orders
-from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
 from scenarios.running.plan import Plan
 from scenarios.running.summary import SummaryObserver
 
@@ -35,18 +35,12 @@ def drifting(**skimmer: Any) -> dict[str, Any]:
     }
 
 
-def run_of(data: dict[str, Any], until: float):
-    assembly = build(scenario_from(data))
-    summary = SummaryObserver(assembly)
-    simulation = assembly.co_simulation([summary])
-    simulation.initialize()
-    simulation.run(until)
-    return assembly, simulation, summary
-
-
-def test_a_skimmer_takes_oil_off_the_water_until_its_storage_is_full() -> None:
-    assembly, simulation, summary = run_of(drifting(), 40.0)
-    told = [notice.text for notice in assembly.skimmers.take_notices()]
+def test_a_skimmer_takes_oil_off_the_water_until_its_storage_is_full(scenario_run: type[ScenarioRun]) -> None:
+    run, again = (scenario_run(scenario_from(drifting())) for _ in range(2))
+    summary = SummaryObserver(run.assembly)
+    run.watch(summary)
+    run.run(40.0)
+    told = [event.text for event in run.history.events]
     assert "skimmer 'one': a recovery efficiency of 0.75 is assumed for a brush" in told
     assert "takes its first oil" in told
     assert "its storage of 0.2 m3 is full: it stops" in told
@@ -57,23 +51,22 @@ def test_a_skimmer_takes_oil_off_the_water_until_its_storage_is_full() -> None:
     assert 0.0 < figures["throughput_efficiency"] <= 0.7
     assert oil["recovered"] == pytest.approx(figures["oil_m3"])
     assert oil["released"] == pytest.approx(oil["recovered"] + oil["afloat"])
-    saved = run_state(simulation, assembly)
-    simulation.run(1.0)
-    other = build(scenario_from(drifting()))
-    again = other.co_simulation()
-    begin_from(saved, again, other)
-    again.run(1.0)
-    assert run_state_hash(again, other) == run_state_hash(simulation, assembly)
+    again.restore_state(run.save_state())
+    for one in (run, again):
+        one.run(1.0)
+    assert state_hash(again.save_state()) == state_hash(run.save_state())
 
 
-def test_an_order_stops_a_skimmer() -> None:
-    assembly, simulation, _ = run_of(drifting(storage=10.0), 20.0)
-    taken = assembly.skimmers.skimmers[0].skimmer.account.oil
+def test_an_order_stops_a_skimmer(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(scenario_from(drifting(storage=10.0)))
+    run.run(20.0)
+    account = run.assembly.skimmers.skimmers[0].skimmer.account
+    taken = account.oil
     assert taken > 0.0
-    plan = Plan(scenario=assembly.scenario).ordered(["skimmers.one.running=false"], 200)
-    give_orders(assembly, plan.scenario_after(1))
-    simulation.run(5.0)
-    assert assembly.skimmers.skimmers[0].skimmer.account.oil == taken
+    plan = Plan(scenario=run.scenario).ordered(["skimmers.one.running=false"], 200)
+    give_orders(run.assembly, plan.scenario_after(1))
+    run.run(5.0)
+    assert account.oil == taken
 
 
 def test_all_that_is_wrong_with_skimmers_is_named() -> None:

@@ -6,11 +6,12 @@ import tomllib
 
 import pytest
 
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.apply_orders import give_orders
-from scenarios.running.assembly import Assembly, build
 from scenarios.running.plan import Plan
+from scenarios.scenario import Scenario
 from tests.scenarios.small_tow import small_tow
 
 ELASTIC = "line_stiffness = 2000.0\nwinch_speed = 0.5\n"
@@ -24,17 +25,14 @@ parts = [{ material = "chain", length = 10.0, diameter = 0.013 }, { material = "
 """
 
 
-def begun(more: str) -> tuple[Plan, Assembly]:
-    plan = Plan(
-        scenario=scenario_from(tomllib.loads(small_tow(duration=9.0, communication_step=0.1, frame_rate=5) + more))
-    )
-    return plan, build(plan.scenario)
+def tow_with(more: str) -> Scenario:
+    return scenario_from(tomllib.loads(small_tow(duration=9.0, communication_step=0.1, frame_rate=5) + more))
 
 
-def test_tow_lines_and_mooring_legs_are_winched_at_their_speed() -> None:
-    plan, assembly = begun(ELASTIC + LEG)
-    lines, simulation = assembly.world.lines, assembly.co_simulation()
-    simulation.initialize()
+def test_tow_lines_and_mooring_legs_are_winched_at_their_speed(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(tow_with(ELASTIC + LEG))
+    plan, assembly, simulation = Plan(scenario=run.scenario), run.assembly, run.simulation
+    lines = assembly.world.lines
     tow, leg = assembly.fleet.tensions_of("main")["port"], "moorings/stern"
     laid = lines.length(tow), lines.length(leg)
     plan = plan.ordered(["booms.main.tow_line=3.0", "moorings.stern.hauled=-0.1"], 0)
@@ -48,29 +46,23 @@ def test_tow_lines_and_mooring_legs_are_winched_at_their_speed() -> None:
     give_orders(assembly, plan.ordered(["booms.main.tow_line=2.0"], 30).scenario_at(30))
     simulation.run(6.0)
     assert lines.length(tow) == pytest.approx(laid[0])
-    simulation.terminate()
 
 
 def test_what_no_winch_can_do_is_refused() -> None:
-    rigid, _ = begun("")
+    rigid = Plan(scenario=tow_with(""))
     with pytest.raises(ScenarioError, match="the tow lines are rigid links; allowed: in runs with line_stiffness"):
         rigid.ordered(["booms.main.tow_line=3.0"], 0)
-    moored, _ = begun(ELASTIC + LEG)
+    moored = Plan(scenario=tow_with(ELASTIC + LEG))
     with pytest.raises(ScenarioError, match="hauled is 30, allowed: below 24 m, the length of the uppermost part"):
         moored.ordered(["moorings.stern.hauled=30.0"], 0)
     with pytest.raises(ScenarioError, match="line_breaking_load is given, allowed: only with line_stiffness"):
-        begun("line_breaking_load = 50.0\n")
+        tow_with("line_breaking_load = 50.0\n")
 
 
-def test_an_overloaded_tow_line_breaks_and_is_told_of() -> None:
-    _, assembly = begun(ELASTIC + "line_breaking_load = 150.0\n")
-    simulation = assembly.co_simulation()
-    simulation.initialize()
-    told = []
-    for _ in range(60):
-        simulation.step()
-        told += [notice.text for notice in assembly.remarks.look(None)]
-    broken = [line for line in assembly.fleet.tensions_of("main").values() if assembly.world.lines[line].parted]
+def test_an_overloaded_tow_line_breaks_and_is_told_of(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(tow_with(ELASTIC + "line_breaking_load = 150.0\n"))
+    run.run(6.0)
+    lines = run.assembly.world.lines
+    broken = [line for line in run.assembly.fleet.tensions_of("main").values() if lines[line].parted]
     assert broken
-    assert sum("parted" in text for text in told) == len(broken)
-    simulation.terminate()
+    assert sum("parted" in event.text for event in run.history.events) == len(broken)

@@ -7,6 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
@@ -75,7 +76,7 @@ def test_leg_hangs_from_what_it_holds_to_the_ground() -> None:
     assert set(layout.world.lines.names) == {"moorings/buoy", "moorings/first", "moorings/inner"}
 
 
-def test_dragging_and_parting_are_told_once_and_read() -> None:
+def test_dragging_and_parting_are_told_once_and_read(scenario_run: type[ScenarioRun]) -> None:
     weak = LEG.replace("mass = 25.0", "mass = 25.0\nholding = 1.0").replace("25.0, 0.0]", "28.9, 0.0]")
     text = (
         BASE
@@ -84,19 +85,14 @@ def test_dragging_and_parting_are_told_once_and_read() -> None:
         + f'[moorings.weak]\nbody = "buoy"\n{weak}'
     )
     snapping = weak.replace("holding = 1.0", 'kind = "fixed"').replace("0.013", "0.013, breaking_load = 300.0")
-    assembly = build(scenario_from(tomllib.loads(text + f'[moorings.snapping]\nbody = "buoy"\n{snapping}')))
-    simulation = assembly.co_simulation()
-    simulation.initialize()
-    told = []
-    for _ in range(60):
-        simulation.step()
-        told += [f"{notice.source}: {notice.text}" for notice in assembly.remarks.look(None)]
-    lines = assembly.world.lines
+    run = scenario_run(scenario_from(tomllib.loads(text + f'[moorings.snapping]\nbody = "buoy"\n{snapping}')))
+    run.run(6.0)
+    told = [f"{event.source}: {event.text}" for event in run.history.events]
+    lines = run.assembly.world.lines
     assert lines["moorings/snapping"].parted
     assert lines["moorings/weak"].dragged > 0.1
     assert sum("snapping parted" in text for text in told) == 1
     assert sum("drags its anchor" in text for text in told) == 1
-    simulation.terminate()
 
 
 def test_everything_wrong_is_told_at_once() -> None:

@@ -7,12 +7,14 @@ from typing import Any
 
 import pytest
 
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
-from scenarios.running.assembly import Assembly, build
+from scenarios.running.assembly import Assembly
 
+STEP = 0.04
 RUNAWAY: dict[str, Any] = {
     "name": "runaway",
-    "run": {"duration": 2.0, "communication_step": 0.04},
+    "run": {"duration": 2.0, "communication_step": STEP},
     "fluid": {"particle_spacing": 0.1, "maximum_time_step": 0.04},
     "phases": {"sea": {"density": 1025.0, "dynamic_viscosity": 0.0}, "oil": {"oil": "brent"}},
     "tank": {"lower": [0.0, 0.0, 0.0], "upper": [3.0, 2.0, 1.2], "open": ["+z"], "periodic": ["x", "y"]},
@@ -38,14 +40,9 @@ RUNAWAY: dict[str, Any] = {
 
 
 def sailed(tank: dict[str, Any], steps: int) -> tuple[Assembly, list[str]]:
-    assembly, told = build(scenario_from(RUNAWAY | {"tank": RUNAWAY["tank"] | tank})), list[str]()
-    simulation = assembly.co_simulation()
-    simulation.initialize()
-    for _ in range(steps):
-        simulation.step()
-        told += [notice.text for notice in assembly.scoring.take_notices()]
-    simulation.terminate("completed")
-    return assembly, told
+    with ScenarioRun(scenario_from(RUNAWAY | {"tank": RUNAWAY["tank"] | tank})) as run:
+        run.run(steps * STEP)
+    return run.assembly, [event.text for event in run.history.events]
 
 
 def test_the_scoring_ends_at_an_open_side_and_the_oil_goes_on() -> None:
@@ -78,13 +75,9 @@ def test_oil_in_a_boom_that_lies_across_a_periodic_side_is_inside() -> None:
         vessel["position"][0] = 0.45
     data["fill"]["oil"] |= {"lower": [2.6, 0.8, 0.6], "upper": [2.8, 1.2, 0.7]}
     data["tow"]["speed"] = 0.2
-    assembly = build(scenario_from(data))
-    simulation = assembly.co_simulation()
-    simulation.initialize()
-    for _ in range(5):
-        simulation.step()
-    simulation.terminate("completed")
-    report = assembly.scoring.booms[0].report
+    with ScenarioRun(scenario_from(data)) as run:
+        run.run(5 * STEP)
+    report = run.assembly.scoring.booms[0].report
     assert report is not None
     assert report.inside == report.retained == pytest.approx(8 * 0.1**3)
     assert report.lost == report.outside == 0.0

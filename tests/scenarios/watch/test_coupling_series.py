@@ -7,31 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from recordings.frame import Event, Frame, RunDescription
-from scenarios.load import load_scenario, scenario_from
-from scenarios.running.assembly import build
+from scenarios.bench.scenario_run import ScenarioRun
+from scenarios.load import scenario_from
 
 STEP = 0.01
 STEPS = 12
-
-
-class Series:
-    """Every scalar of every frame."""
-
-    def __init__(self) -> None:
-        self.frames: list[dict[str, float]] = []
-
-    def initialized(self, run: RunDescription) -> None:
-        pass
-
-    def step_completed(self, frame: Frame) -> None:
-        self.frames.append({name.removeprefix("metrics/"): value for name, value in frame.scalars.items()})
-
-    def event(self, event: Event) -> None:
-        pass
-
-    def terminated(self, reason: str) -> None:
-        pass
 
 
 @pytest.fixture(scope="module")
@@ -42,14 +22,14 @@ def series() -> list[dict[str, float]]:
         f"run.communication_step={STEP}",
         "bodies.box.position=[0.45, 0.45, 0.4]",
     ]
-    terms = ["run.duration=1.0", "run.threads=1", "run.budget=true"]
-    assembly = build(load_scenario("floating-box", overrides=[*settings, *terms]).scenario)
-    watch = Series()
-    simulation = assembly.co_simulation([watch])
-    simulation.initialize()
-    simulation.run(STEPS * STEP)
-    simulation.terminate()
-    return watch.frames
+    terms = ["run.duration=1.0", "run.budget=true"]
+    frames: list[dict[str, float]] = [{} for _ in range(STEPS + 1)]
+    with ScenarioRun("floating-box", *settings, *terms) as run:
+        run.run(STEPS * STEP)
+        for name, track in run.readings().series.items():
+            for time, value in zip(track.time, track.value, strict=True):
+                frames[round(time / STEP)][name] = value
+    return frames
 
 
 def test_the_bodies_gain_what_the_fluid_gave_and_gravity(series: list[dict[str, float]]) -> None:
@@ -117,16 +97,12 @@ THUD = {
 
 def test_running_into_something_is_no_work_of_the_exchange() -> None:
     # a ball hits a shelf just under water: the fluid does not foresee that it stops
-    assembly = build(scenario_from(THUD))
-    simulation = assembly.co_simulation()
-    simulation.initialize()
     made, hit = 0.0, False
-    for _ in range(8):
-        simulation.step()
-        made += assembly.ledger.unexplained
-        assert assembly.world is not None
-        hit |= "ball" in assembly.world.disturbed
-    simulation.terminate("completed")
+    with ScenarioRun(scenario_from(THUD)) as run:
+        for _ in range(8):
+            run.step()
+            made += run.assembly.ledger.unexplained
+            hit |= "ball" in run.assembly.world.disturbed
     assert hit
     assert made > 1.0  # J, which would have ended the run as unstable
-    assert abs(assembly.ledger.energy_residual) < 0.1
+    assert abs(run.assembly.ledger.energy_residual) < 0.1

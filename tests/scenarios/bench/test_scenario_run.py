@@ -1,0 +1,26 @@
+"""A scenario run is made again by the claims about numerics: on more threads, and from a saved state."""
+
+from __future__ import annotations
+
+import pytest
+
+from coupling.testing import CheckFailed, assert_restarts_exactly, assert_same_on_threads
+from scenarios.bench.scenario_run import ScenarioRun
+
+
+def column(spacing: float = 0.1, threads: int = 1) -> ScenarioRun:
+    return ScenarioRun("still-column", f"fluid.particle_spacing={spacing}", threads=threads)
+
+
+def test_run_is_the_same_on_two_threads_and_from_a_saved_state() -> None:
+    assert_same_on_threads(lambda threads: column(threads=threads), steps=2)
+    assert_restarts_exactly(column, at=1, steps=2)
+    with pytest.raises(CheckFailed, match="depends on the number of threads"):
+        assert_same_on_threads(lambda threads: column(spacing=0.1 * threads), steps=1)
+
+
+def test_state_is_restored_before_the_run_begins(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run("still-column", "fluid.particle_spacing=0.1")
+    saved = run.save_state()
+    with pytest.raises(ValueError, match="restored after the run has begun, or with injects"):
+        run.restore_state(saved)
