@@ -126,7 +126,9 @@ def test_scattered_parcels_stay_finite():
         slick.step(CALM, step * 60.0, 60.0)
     assert np.isfinite(parcels.position).all() and np.isfinite(parcels.thickness).all()
     assert (np.abs(parcels.position) < 1.1e6).all()
-    assert parcels.thickness.min() > 0.1 * THINNEST / PER_CELL  # a lone parcel in a cell of that width, at a corner of it
+    assert (
+        parcels.thickness.min() > 0.1 * THINNEST / PER_CELL
+    )  # a lone parcel in a cell of that width, at a corner of it
     volume = np.full(40, 1e-3 / 40)
     bound = math.sqrt(PER_CELL * volume[0] / THINNEST)
     assert cell_size(volume, np.full(40, 1e-15)) == pytest.approx(bound)

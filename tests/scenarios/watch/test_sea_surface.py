@@ -57,7 +57,7 @@ def test_the_surface_is_the_sea_at_its_crossings():
 
 
 def test_sheen_wider_than_the_box():
-    """A disc of a kilometre covers every cell that the viewer does not continue with its thickness, at once and without round-off about it."""
+    """A disc of a kilometre covers every cell that the viewer does not continue with its thickness, and a far one leaves no round-off."""
     spots = np.array([[0.0, 0.0, 1000.0, 1e-6, 0.0], [1e5, 0.0, 1000.0, 1e-3, 0.0]])
     film = film_of(spots, BOX)
     assert film[4:-4, 4:-4] == pytest.approx(1e-6)
