@@ -176,7 +176,7 @@ def _line_state(vessel: str, assembly: Assembly, scenario: Scenario) -> dict[str
             ordered = boom.tow_line - scenario.vessels[vessel].hauled
             changed = lines.length(line) - lines.laid_length(line)
             now = assembly.scenario.booms[name].tow_line + changed
-            return {"laid": boom.tow_line, "ordered": boom.tow_line - scenario.vessels[vessel].hauled, "now": now}
+            return {"laid": boom.tow_line, "ordered": ordered, "now": now}
     return None
 
 

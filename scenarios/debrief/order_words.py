@@ -87,7 +87,9 @@ def _line_in_words(key: str, meters: float) -> str:
     """Return an order to the winches of tow lines in words; empty for another one."""
     match key.split("."):
         case ["vessels", vessel, "hauled"]:
-            end = "as it was laid" if meters == 0.0 else f"{abs(meters):.1f} m {'shorter' if meters > 0.0 else 'longer'}"
+            end = (
+                "as it was laid" if meters == 0.0 else f"{abs(meters):.1f} m {'shorter' if meters > 0.0 else 'longer'}"
+            )
             return f"tow line of {vessel}: {end}"
         case ["booms", boom, "tow_line"]:
             return f"tow lines of boom {boom}: {meters:.1f} m"

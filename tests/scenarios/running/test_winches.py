@@ -86,7 +86,9 @@ def test_a_vessel_hauls_in_its_own_line_and_leaves_the_other(scenario_run: type[
 
 def test_no_more_is_hauled_in_than_the_line_is_long() -> None:
     elastic, rigid = (Plan(scenario=tow_with(more)) for more in (ELASTIC, ""))
-    with pytest.raises(ScenarioError, match=r"vessels\.port\.hauled is 2, allowed: below 2 m, the length of its tow line"):
+    with pytest.raises(
+        ScenarioError, match=r"vessels\.port\.hauled is 2, allowed: below 2 m, the length of its tow line"
+    ):
         elastic.ordered(["vessels.port.hauled=2.0"], 0)
     with pytest.raises(ScenarioError, match="the vessel holds no boom whose lines have line_stiffness"):
         rigid.ordered(["vessels.port.hauled=1.0"], 0)
