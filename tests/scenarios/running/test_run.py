@@ -102,6 +102,7 @@ def test_shipped_scenario_runs(name: str) -> None:
         "lost_modelled",
         "recovered",
         "ashore",
+        "resolved",
     }
     assert set(result["step_ms"]) == {"median", "p95", "max"}
 
