@@ -18,7 +18,7 @@ from oilsim.quantity import SHORTEST_DIRECTION
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.criteria import CriterionSettings, criteria_problems
-from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
+from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, line_problems, segment_names
 from scenarios.schema.faults import FaultSettings, fault_problems
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
@@ -97,6 +97,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from _names(parts)
     yield from _references(parts)
     yield from mooring_problems(parts.moorings, parts.booms, parts.names)
+    yield from line_problems(parts.vessels, parts.booms)
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
     duration = None if parts.run is None else parts.run.duration

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 INSTRUCTOR, OBSERVER, VESSEL = "instructor", "observer", "vessel"
 
-CREW_MAY = frozenset({"steer", "levers", "engine"})  # with its own vessel only
+CREW_MAY = frozenset({"steer", "levers", "engine", "line"})  # with its own vessel only
 MOST_FAILURES = 20  # [1] wrong tokens or passwords within `FORGETS`, beyond which nobody new is let in
 FORGETS = 60.0  # [s]
 

@@ -11,6 +11,7 @@ tow                         speed [m/s], heading [rad]: orders to all vessels th
 steer                       vessel, speed [m/s], heading [rad], keeps_line
 levers                      vessel, thrust ahead and steering counter-clockwise by hand, -1 to 1 of the largest
 engine                      vessel, runs
+line                        vessel, length [m] to which its winch brings its own tow line
 branch                      time [s], settings: orders at that moment
 debrief                     of the recording so far
 look                        time [s]: the state nearest to it, for a page that looks back
@@ -45,6 +46,7 @@ _ENTRIES: Mapping[str, Mapping[str, str]] = {
     "steer": {"vessel": "text", "speed": "number", "heading": "number", "keeps_line": "yes or no"},
     "levers": {"vessel": "text", "thrust": "number", "steering": "number"},
     "engine": {"vessel": "text", "runs": "yes or no"},
+    "line": {"vessel": "text", "length": "number"},
     "branch": {"time": "number", "settings": "texts"},
 }
 

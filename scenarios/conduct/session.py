@@ -124,6 +124,10 @@ class Session:
             raise refused("vessel", f"is {vessel!r}, allowed: {known}")
         if verb == "engine":
             return [f"vessels.{vessel}.engine={'running' if entries['runs'] else 'stopped'}"]
+        if verb == "line":
+            if present["line"] is None:
+                raise refused("vessel", f"is {vessel!r}, allowed: one with an elastic tow line, which a winch can haul")
+            return [f"vessels.{vessel}.hauled={present['line']['laid'] - entries['length']!r}"]
         if verb == "levers":
             levers = f"[{entries['thrust']!r},{entries['steering']!r}]"
             return [f"vessels.{vessel}.legs=[{{speed=0.0,heading={present['heading']!r},by_hand={levers}}}]"]

@@ -46,7 +46,13 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         "bearing": 0.5 * math.pi if scenario.site is None else scenario.site.bearing,
         "bounds": [*scenario.tank.lower[:2], *scenario.tank.upper[:2]],
         "vessels": [
-            {"name": name, "length": one.length, "beam": one.beam, "control": one.control}
+            {
+                "name": name,
+                "length": one.length,
+                "beam": one.beam,
+                "control": one.control,
+                "line": _line_state(name, assembly, scenario),
+            }
             for name, one in scenario.vessels.items()
         ],
         "booms": [_boom_scene(boom, scenario) for boom in booms],
@@ -157,8 +163,21 @@ def _vessel_state(
         "over_ground": float(np.linalg.norm(ground)),
         "through_water": float(np.linalg.norm(ground - current)),
         "engine": scenario.vessels[name].engine,
+        "line": _line_state(name, assembly, scenario),
         "ordered": None if leg is None else {"speed": leg.speed, "heading": leg.heading, "by_hand": leg.by_hand},
     }
+
+
+def _line_state(vessel: str, assembly: Assembly, scenario: Scenario) -> dict[str, float] | None:
+    """Return the lengths [m] of a vessel's tow line: as laid for both ends, as ordered here, and now; None without a winch."""
+    for name, boom in scenario.booms.items():
+        if vessel in boom.ends and boom.line_stiffness is not None and assembly.world is not None:
+            lines, line = assembly.world.lines, assembly.fleet.tensions_of(name)[vessel]
+            ordered = boom.tow_line - scenario.vessels[vessel].hauled
+            changed = lines.length(line) - lines.laid_length(line)
+            now = assembly.scenario.booms[name].tow_line + changed
+            return {"laid": boom.tow_line, "ordered": ordered, "now": now}
+    return None
 
 
 def _boom_state(

@@ -51,6 +51,8 @@ def _in_words(setting: str, bearing: float) -> str:
         return {"tow": f"tow heading {toward}", "wind": f"wind from {origin}", "current": f"current towards {toward}"}[
             key.split(".")[-2]
         ]
+    if words := _line_in_words(key, value):
+        return words
     for end, write in _WORDS.items():
         if key == end or (end == "emitters.*.speed" and key.startswith("emitters.") and key.endswith(".speed")):
             return write(value, key)
@@ -78,6 +80,19 @@ def _state_in_words(key: str, written: str) -> str:
             return f"boom {boom} parts at joint {written.strip('[]').split(',')[-1].strip()}"
         case ["emitters", pipe]:
             return _release_in_words(pipe, written)
+    return ""
+
+
+def _line_in_words(key: str, meters: float) -> str:
+    """Return an order to the winches of tow lines in words; empty for another one."""
+    match key.split("."):
+        case ["vessels", vessel, "hauled"]:
+            end = (
+                "as it was laid" if meters == 0.0 else f"{abs(meters):.1f} m {'shorter' if meters > 0.0 else 'longer'}"
+            )
+            return f"tow line of {vessel}: {end}"
+        case ["booms", boom, "tow_line"]:
+            return f"tow lines of boom {boom}: {meters:.1f} m"
     return ""
 
 

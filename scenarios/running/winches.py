@@ -30,7 +30,9 @@ class Winches:
         changes = {leg_name(name): (-leg.hauled, leg.winch_speed) for name, leg in scenario.moorings.items()}
         for boom, settings in scenario.booms.items():
             grown = settings.tow_line - self._laid[boom]
-            changes |= dict.fromkeys(self._fleet.tensions_of(boom).values(), (grown, settings.winch_speed))
+            for end, line in self._fleet.tensions_of(boom).items():
+                hauled = scenario.vessels[end].hauled if end in settings.ends else 0.0
+                changes.setdefault(line, (grown - hauled, settings.winch_speed))
         for name, (change, speed) in changes.items():
             if name in lines.names and (change != 0.0 or name in self._ordered):
                 self._ordered[name] = lines.laid_length(name) + change, speed

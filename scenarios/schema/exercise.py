@@ -119,6 +119,7 @@ class VesselSettings(Section):
     superstructure_area  [m2] of what stands on deck, projected on the wind, from every side; the wind acts on the hull above the water too
     engine        "running", or "stopped": no thrust and no steering, whatever is ordered; with a drive of two screws also "port stopped"
                   and "starboard stopped"
+    hauled        [m] of its tow line that its own winch has hauled in, negative: paid out; the line is `tow_line` of its boom less this
     """
 
     shape: Literal["wigley", "barge"] = "barge"
@@ -141,6 +142,7 @@ class VesselSettings(Section):
     skeg_area: float = quantity("m2", default=0.0, at_least=0.0)
     superstructure_area: float = quantity("m2", default=0.0, at_least=0.0)
     engine: Literal["running", "stopped", "port stopped", "starboard stopped"] = "running"
+    hauled: float = quantity("m", default=0.0)
 
     @property
     def screws(self) -> tuple[bool, bool]:
@@ -369,3 +371,15 @@ class BoomSettings(Section):
         last = self.segments - 1
         if not all(0 < number <= last for number in self.parted) or len(set(self.parted)) < len(self.parted):
             yield Problem("parted", f"is {list(self.parted)}, allowed: numbers from 1 to {last}, each once")
+
+
+def line_problems(vessels: Mapping[str, VesselSettings], booms: Mapping[str, BoomSettings]) -> Iterator[Problem]:
+    """Yield the problems of vessels that haul in tow lines that no winch holds, or more of a line than there is."""
+    for name, vessel in vessels.items():
+        held = [boom.tow_line for boom in booms.values() if name in boom.ends and boom.line_stiffness is not None]
+        if vessel.hauled != 0.0 and not held:
+            text = f"is {vessel.hauled:g}, allowed: 0 m, as the vessel holds no boom whose lines have line_stiffness"
+            yield Problem(f"vessels.{name}.hauled", text)
+        elif held and not vessel.hauled < min(held):
+            text = f"is {vessel.hauled:g}, allowed: below {min(held):g} m, the length of its tow line"
+            yield Problem(f"vessels.{name}.hauled", text)

@@ -17,6 +17,7 @@ ORDER_KEYS = (
     "tow.heading",
     "vessels.*.legs",
     "vessels.*.engine",
+    "vessels.*.hauled",
     "booms.*.parted",
     "booms.*.tow_line",
     "moorings.*.parted",

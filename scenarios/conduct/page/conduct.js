@@ -49,6 +49,8 @@ const on = {
     at("title").textContent = message.title || message.name;
     document.title = `${message.name}: ${conduct.hello.vessel || conduct.hello.role}`;
     plan.begin(message);
+    if (conduct.builtFor === conduct.session.run) return; // the page was cut off and is back: what is typed stays
+    conduct.builtFor = conduct.session.run;
     buildControls(at("controls"), conduct.hello, message, link);
     showMarks(conduct.session, link);
     conduct.isFilled = false;

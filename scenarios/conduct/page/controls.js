@@ -142,12 +142,22 @@ function crew(place, vessel, scene, link) {
   group(place, "Engine", `<div class="row"><button id="helm-stop" class="grave">Stop the engine</button><button id="helm-start">Start the engine</button></div>`);
   document.getElementById("helm-stop").addEventListener("click", () => link.give("engine", { vessel, runs: false }));
   document.getElementById("helm-start").addEventListener("click", () => link.give("engine", { vessel, runs: true }));
+  lineControls(place, vessel, scene, link);
   window.conduct.helm = { turn, change, give, follow(ordered) {
     if (order.isTouched || !ordered || ordered.by_hand) return;
     order.speed = Math.round(100 * ordered.speed / KNOT) / 100;
     order.course = compass(ordered.heading, scene.bearing);
     show();
   } };
+}
+
+// The winch of the vessel's own tow line, where it has one.
+function lineControls(place, vessel, scene, link) {
+  const { line } = scene.vessels.find((one) => one.name === vessel);
+  if (!line) return;
+  const box = group(place, "Tow line", `<div class="row">${number("own-line", "Length, by winch", "m", 0.5, 0.5, 500)}<button>Order</button></div>`);
+  document.getElementById("own-line").value = line.ordered.toFixed(1);
+  when(box, "button", () => link.give("line", { vessel, length: value("own-line") }));
 }
 
 // Thrust and rudder by hand, instead of a helmsman who keeps course and speed.
@@ -177,12 +187,17 @@ function orderedWords(ordered, bearing) {
   return `; by hand ${thrust ? `${Math.abs(thrust)} % ${thrust > 0 ? "ahead" : "astern"}` : "no thrust"}, rudder ${steering ? `${Math.abs(steering)} % to ${steering > 0 ? "port" : "starboard"}` : "amidships"}`;
 }
 
+function lineWords(line) {
+  if (!line) return "";
+  return `; tow line ${line.now.toFixed(1)} m${Math.abs(line.now - line.ordered) > 0.05 ? `, going to ${line.ordered.toFixed(1)} m` : ""}`;
+}
+
 export function showVessels(scene, state) {
   for (const [name, vessel] of Object.entries(state.vessels)) {
     const place = document.getElementById(`state-${name}`);
     if (!place) continue;
     const ordered = orderedWords(vessel.ordered, scene.bearing);
-    place.textContent = `Heading ${course(vessel.heading, scene.bearing)}, ${knots(vessel.over_ground)} over the ground, ${knots(vessel.through_water)} through the water${ordered}${vessel.engine === "stopped" ? "; engine stopped" : ""}`;
+    place.textContent = `Heading ${course(vessel.heading, scene.bearing)}, ${knots(vessel.over_ground)} over the ground, ${knots(vessel.through_water)} through the water${ordered}${lineWords(vessel.line)}${vessel.engine === "stopped" ? "; engine stopped" : ""}`;
   }
 }
 

@@ -22,6 +22,16 @@ CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed: apt-get install chromium")
 
 PATIENCE = 120_000  # [ms]
+WINCHED = (
+    TOW
+    + """line_stiffness = 2000.0
+winch_speed = 0.5
+
+[injects.engine]
+orders = ["vessels.starboard.engine=stopped"]
+text = "The starboard engine stops"
+"""
+)
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +97,6 @@ def test_an_exercise_is_conducted_in_a_browser(served: Console) -> None:
         back = opened(browser(player), served, "instructor")
         expect(back.locator("#log")).to_contain_text("boom main parts at joint 4")
         assert back.locator("#time").inner_text() > time
-        _branches_and_debriefs(back)
         for page in (*crews, back):
             assert page.faults == []  # type: ignore[attr-defined]
 
@@ -151,6 +160,41 @@ def _instructor_acts(page: sync_api.Page) -> None:
     page.locator("#free").fill("tow.speed_kn=9999")
     page.locator("fieldset").filter(has=page.locator("#free")).get_by_role("button").click()
     sync_api.expect(page.locator("#notice")).to_contain_text("tow.speed")
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_lines_injects_branches_and_debriefs_in_a_browser(tmp_path: Path) -> None:
+    """Winches haul, an inject comes, and what was typed outlives a break of the link; then a branch is debriefed and tried again."""
+    sync_api.expect.set_options(timeout=PATIENCE)
+    with console(tmp_path, WINCHED, "--pace", "2") as one, sync_api.sync_playwright() as player:
+        program = browser(player)
+        page, crew = opened(program, one, "instructor", checked=True), opened(program, one, "port", checked=True)
+        page.keyboard.press("m")
+        page.keyboard.press("Space")
+        sync_api.expect(page.locator("#phase")).to_have_text("running")
+        _hauls_and_injects(page, crew)
+        crew.close()
+        _branches_and_debriefs(page)
+        assert page.faults == []  # type: ignore[attr-defined]
+
+
+def _hauls_and_injects(page: sync_api.Page, crew: sync_api.Page) -> None:
+    """The crew hauls in its own line, the instructor pays out both, and gives an inject, which its button then shows."""
+    log = page.locator("#log")
+    order(crew, "Tow line", "Order", own_line=1.5)
+    sync_api.expect(log).to_contain_text("tow line of port: 0.5 m shorter")
+    sync_api.expect(crew.locator("#state-port")).to_contain_text("tow line 1.5 m")
+    page.locator("#line-main").fill("3")
+    page.evaluate("conduct.link.socket.close()")
+    sync_api.expect(page.locator("#phase")).to_have_text("away")
+    sync_api.expect(page.locator("#phase")).to_have_text("running")
+    order(page, "Boom main", "Order")
+    sync_api.expect(log).to_contain_text("tow lines of boom main: 3.0 m")
+    inject = page.get_by_role("button", name="The starboard engine stops")
+    inject.click()
+    sync_api.expect(log).to_contain_text("The starboard engine stops")
+    sync_api.expect(inject).to_be_disabled()
 
 
 def _branches_and_debriefs(page: sync_api.Page) -> None:

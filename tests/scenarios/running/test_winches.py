@@ -66,3 +66,29 @@ def test_an_overloaded_tow_line_breaks_and_is_told_of(scenario_run: type[Scenari
     broken = [line for line in run.assembly.fleet.tensions_of("main").values() if lines[line].parted]
     assert broken
     assert sum("parted" in event.text for event in run.history.events) == len(broken)
+
+
+def test_a_vessel_hauls_in_its_own_line_and_leaves_the_other(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(tow_with(ELASTIC))
+    plan, lines = Plan(scenario=run.scenario), run.assembly.world.lines
+    own, other = (run.assembly.fleet.tensions_of("main")[name] for name in ("port", "starboard"))
+    laid = lines.length(own), lines.length(other)
+    plan = plan.ordered(["vessels.port.hauled=0.5"], 0)
+    give_orders(run.assembly, plan.scenario_at(0))
+    run.simulation.run(1.5)
+    assert lines.length(own) - laid[0] == pytest.approx(-0.5)
+    assert lines.length(other) == laid[1]
+    give_orders(run.assembly, plan.ordered(["booms.main.tow_line=3.0"], 15).scenario_at(15))
+    run.simulation.run(4.0)
+    assert lines.length(own) - laid[0] == pytest.approx(0.5)
+    assert lines.length(other) - laid[1] == pytest.approx(1.0)
+
+
+def test_no_more_is_hauled_in_than_the_line_is_long() -> None:
+    elastic, rigid = (Plan(scenario=tow_with(more)) for more in (ELASTIC, ""))
+    with pytest.raises(
+        ScenarioError, match=r"vessels\.port\.hauled is 2, allowed: below 2 m, the length of its tow line"
+    ):
+        elastic.ordered(["vessels.port.hauled=2.0"], 0)
+    with pytest.raises(ScenarioError, match="the vessel holds no boom whose lines have line_stiffness"):
+        rigid.ordered(["vessels.port.hauled=1.0"], 0)
