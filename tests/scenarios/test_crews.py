@@ -38,7 +38,11 @@ CREWS = {
     ),
     "anchored-containment": Crews(
         good=(),
-        bad=("moorings.south.mass=5.0", "moorings.south-beam.mass=5.0", "skimmers.weir.running=false"),
+        bad=(
+            "moorings.south.anchor=[20.0, -23.2]",  # 14 m of line without chain, in 10 m of water
+            "moorings.south.parts=[{material='polyester', length=14.3, diameter=0.024}]",
+            "skimmers.weir.running=false",
+        ),
         boom="main",
         missed="anchors",
     ),
