@@ -176,6 +176,7 @@ class SummaryObserver:
             "lost_modelled": {cause: balance.lost_modelled.get(cause, 0) * volume for cause in balance.lost_by_cause},
             "recovered": None,
             "ashore": None,
+            "resolved": None,
         }
 
     def _probe_series(self) -> dict[str, dict[str, list[float]]]:

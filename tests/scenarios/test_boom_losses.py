@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import copy
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from recordings.checkpoint import state_hash
 from recordings.replay.recording import Replay
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main
 from scenarios.load import scenario_from
 from scenarios.oils.library import oil_named
 from scenarios.problems import ScenarioError
-from scenarios.running.assembly import Assembly, build
-from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.running.summary import SummaryObserver
 from scenarios.setup.boom_losses import oils_of
@@ -24,7 +23,7 @@ STREAM = 0.55  # m/s, above the onset of entrainment
 
 
 def pool(**changes: Any) -> dict[str, Any]:
-    """A pool in the apex of a boom, in a stream; `boom`, `oil` and `threads` change those tables."""
+    """A pool in the apex of a boom, in a stream; `boom` and `oil` change those tables."""
     data = channel(BOOMS["alone"])
     for fill in data["fill"].values():
         fill["velocity"] = [-STREAM, 0.0, 0.0]
@@ -32,42 +31,37 @@ def pool(**changes: Any) -> dict[str, Any]:
     data["forcing"]["current"]["speed"] = STREAM
     data["booms"]["a"] |= changes.get("boom", {})
     data["phases"]["oil"] |= changes.get("oil", {})
-    data["run"] |= {"threads": changes.get("threads", 1)}
     return data
 
 
-def run_of(data: dict[str, Any], seconds: float) -> tuple[Assembly, Any, dict[str, Any]]:
-    assembly = build(scenario_from(data))
-    summary = SummaryObserver(assembly)
-    simulation = assembly.co_simulation([summary, Balance(assembly, summary)])
-    simulation.initialize()
-    simulation.run(seconds)
-    return assembly, simulation, summary.summary(seconds)
+def balanced(run: ScenarioRun, seconds: float) -> dict[str, Any]:
+    """Run for so long, while all oil is accounted for at every communication point; the summary."""
+    summary = SummaryObserver(run.assembly)
+    for observer in (summary, Balance(run.assembly, summary)):
+        run.watch(observer)
+    run.run(seconds)
+    return summary.summary(seconds)
 
 
-def test_modelled_loss_is_part_of_the_loss_and_the_same_on_two_threads_and_after_a_restart() -> None:
-    unmeasured = {"oil": "alaska-north-slope"}  # has no interfacial tension in the library
-    one, first, summary = run_of(pool(oil=unmeasured), 2.0)
-    oil = summary["oil_m3"]
+def test_modelled_loss_is_part_of_the_loss_and_the_same_on_two_threads_and_after_a_restart(
+    scenario_run: type[ScenarioRun],
+) -> None:
+    scenario = scenario_from(pool(oil={"oil": "alaska-north-slope"}))  # has no interfacial tension in the library
+    first, second, third = (scenario_run(scenario, threads=threads) for threads in (1, 2, 2))
+    oil = balanced(first, 2.0)["oil_m3"]
     modelled = sum(oil["lost_modelled"].values())
     assert modelled > 0.0
     assert all(volume <= oil["lost"][cause] for cause, volume in oil["lost_modelled"].items())
-    series = one.scoring.series()
+    series = first.assembly.scoring.series()
     assert series["metrics/oil_lost_modelled"] == pytest.approx(modelled)
     assert series["metrics/closure_loss_rate"] > 0.0
-    told = [notice.text for notice in one.scoring.take_notices()]
+    told = [event.text for event in first.history.events]
     assert any("(modelled)" in text for text in told)
     assert any("0.02 N/m is assumed" in text for text in told)
-    two, second, _ = run_of(pool(oil=unmeasured, threads=2), 1.0)
-    state = copy.deepcopy(run_state(second, two))
-    second.terminate("stopped")
-    restored = build(scenario_from(pool(oil=unmeasured, threads=2)))
-    third = restored.co_simulation()
-    begin_from(state, third, restored)
-    third.run(2.0)
-    assert run_state_hash(third, restored) == run_state_hash(first, one)
-    for simulation in (first, third):
-        simulation.terminate("completed")
+    second.run(1.0)
+    third.restore_state(second.save_state())
+    third.run(1.0)
+    assert state_hash(third.save_state()) == state_hash(first.save_state())
 
 
 @pytest.mark.slow
@@ -84,11 +78,10 @@ def test_a_run_in_which_particles_changed_places_is_made_again_bit_for_bit(
     assert capsys.readouterr().out.startswith("0 frames differ: all ")
 
 
-def test_without_closures_nothing_is_modelled() -> None:
-    assembly, simulation, summary = run_of(pool(boom={"losses": "resolved"}), 0.3)
-    assert not any(summary["oil_m3"]["lost_modelled"].values())
-    assert "metrics/closure_loss_rate" not in assembly.scoring.series()
-    simulation.terminate("completed")
+def test_without_closures_nothing_is_modelled(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(scenario_from(pool(boom={"losses": "resolved"})))
+    assert not any(balanced(run, 0.3)["oil_m3"]["lost_modelled"].values())
+    assert "metrics/closure_loss_rate" not in run.assembly.scoring.series()
 
 
 @pytest.mark.parametrize(

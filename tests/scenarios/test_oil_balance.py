@@ -15,6 +15,7 @@ from recordings.frame import Frame, RunDescription
 from recordings.replay.comparison import scores
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.debrief.boom_history import boom_histories
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
@@ -60,14 +61,10 @@ def test_oil_is_recorded_as_oil_by_its_role_and_not_by_its_name() -> None:
 @pytest.mark.slow
 def test_recording_debrief_and_comparison_know_the_peaks_of_the_summary(tmp_path: Path) -> None:
     """Though one communication point in ten is recorded."""
-    scenario = scenario_from(channel(BOOMS["alone"]))
-    assembly = build(scenario)
-    recorder = Recorder(tmp_path / "channel.rrd", frame_rate=5.0)
-    simulation = assembly.co_simulation([recorder])
-    simulation.initialize()
-    simulation.run(1.2)
-    simulation.terminate("completed")
-    replay, summary = Replay(tmp_path / "channel.rrd"), assembly.scoring.summary()["a"]
+    with ScenarioRun(scenario_from(channel(BOOMS["alone"]))) as run:
+        run.watch(Recorder(tmp_path / "channel.rrd", frame_rate=5.0))
+        run.run(1.2)
+    replay, summary = Replay(tmp_path / "channel.rrd"), run.assembly.scoring.summary()["a"]
     peaks = {end: tension["peak"] for end, tension in summary["tow_tension_n"].items()}
     (history,) = boom_histories(replay)
     assert {end: peak.max() for end, peak in history.tow_peak.items()} == pytest.approx(peaks)
@@ -110,15 +107,17 @@ class Balance:
 @pytest.mark.parametrize(
     "which", [pytest.param(name, marks=[] if name == "alone" else pytest.mark.slow) for name in BOOMS]
 )
-def test_all_oil_is_accounted_for_once_at_every_communication_point(which: str) -> None:
+def test_all_oil_is_accounted_for_once_at_every_communication_point(
+    which: str, scenario_run: type[ScenarioRun]
+) -> None:
     """74 particles, most of which booms lose before the stream takes them out of the tank."""
     scenario = scenario_from(channel(BOOMS[which]))
-    assembly = build(scenario)
+    run = scenario_run(scenario)
+    assembly = run.assembly
     summary = SummaryObserver(assembly)
-    check = Balance(assembly, summary)
-    simulation = assembly.co_simulation([summary, check])
-    simulation.initialize()
-    simulation.run(scenario.run.duration)
+    for observer in (summary, Balance(assembly, summary)):
+        run.watch(observer)
+    run.run()
     result = json.loads(json.dumps(summary.summary(scenario.run.duration)))
     oil = result["oil_m3"]
     assert result["left_the_tank"]["oil"] > 0
@@ -136,4 +135,3 @@ def test_all_oil_is_accounted_for_once_at_every_communication_point(which: str) 
     before = assembly.scoring.balance
     assembly.scoring.restore_state(copy.deepcopy(assembly.scoring.save_state()))
     assert assembly.scoring.balance == before
-    simulation.terminate("completed")

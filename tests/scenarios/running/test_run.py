@@ -13,9 +13,10 @@ import pytest
 
 from coupling.errors import CoSimulationError
 from coupling.participants.fluid import FluidParticipant
-from recordings.frame import Frame, RunDescription
+from recordings.frame import Frame
 from recordings.replay.recording import Replay
 from recordings.replay.repair import has_footer
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running import recorder_options
@@ -58,30 +59,6 @@ SUMMARY_KEYS = {
 }  # fmt: skip
 
 
-class LastFrame:
-    """Keeps the run's description and its last frame, particles included."""
-
-    def __init__(self) -> None:
-        self.run: RunDescription | None = None
-        self.frame: Frame | None = None
-        self.frames = 0
-        self.reason = ""
-
-    def initialized(self, run: RunDescription) -> None:
-        self.run = run
-
-    def step_completed(self, frame: Frame) -> None:
-        assert frame.phases is not None
-        self.frame = frame
-        self.frames += 1
-
-    def event(self, event: object) -> None:
-        pass
-
-    def terminated(self, reason: str) -> None:
-        self.reason = reason
-
-
 def small(name: str, *overrides: str, steps: int = 3) -> Scenario:
     """A shipped scenario with few particles that ends after some steps of 5 ms."""
     settings = [
@@ -92,29 +69,25 @@ def small(name: str, *overrides: str, steps: int = 3) -> Scenario:
     return load_scenario(name, overrides=[*settings, "run.threads=1", *overrides]).scenario
 
 
-def run_steps(scenario: Scenario) -> tuple[Assembly, LastFrame, SummaryObserver]:
-    """Run to the end; the parts, the last frame and the summary's observer."""
-    assembly = build(scenario)
-    watch, summary = LastFrame(), SummaryObserver(assembly)
-    simulation = assembly.co_simulation([watch, summary])
-    simulation.initialize()
-    simulation.run(scenario.run.duration)
-    simulation.terminate("completed")
-    return assembly, watch, summary
+def run_steps(scenario: Scenario) -> tuple[Assembly, Frame, SummaryObserver]:
+    """Run to the end; the parts, the last frame with its particles, and the summary's observer."""
+    with ScenarioRun(scenario) as run:
+        summary = SummaryObserver(run.assembly)
+        run.watch(summary)
+        run.run()
+        return run.assembly, run.last_frame(), summary
 
 
 @pytest.mark.parametrize("name", sorted(SPACINGS))
 def test_shipped_scenario_runs(name: str) -> None:
     """Three steps: every particle is where a particle can be, every body is shown, the summary is JSON with its keys."""
     scenario = small(name)
-    assembly, watch, summary = run_steps(scenario)
-    assert watch.frames == 4
-    assert watch.reason == "completed"
-    assert watch.frame is not None
-    for phase in watch.frame.phases.values():
+    assembly, frame, summary = run_steps(scenario)
+    assert frame.index == 3
+    for phase in frame.phases.values():
         assert np.isfinite(phase.position).all()
         assert (np.diff(phase.id.astype(np.int64)) > 0).all()
-    assert set(watch.frame.bodies) == set(assembly.body_names)
+    assert set(frame.bodies) == set(assembly.body_names)
     assert assembly.description.particle_volume == assembly.fluid.config.rest_volume
     result = json.loads(json.dumps(summary.summary(0.015), allow_nan=False))
     assert set(result) == SUMMARY_KEYS
@@ -129,6 +102,7 @@ def test_shipped_scenario_runs(name: str) -> None:
         "lost_modelled",
         "recovered",
         "ashore",
+        "resolved",
     }
     assert set(result["step_ms"]) == {"median", "p95", "max"}
 
@@ -137,8 +111,7 @@ def test_shipped_scenario_runs(name: str) -> None:
 def test_weather_along_minus_x_runs_in_a_plane(kind: str) -> None:
     *terms, table = kind.split()
     overrides = [f"forcing.{table}.{term}" for term in (*terms, "direction_deg=180.0")]
-    _, last, _ = run_steps(small("dam-break", *overrides))
-    assert last.frames
+    assert run_steps(small("dam-break", *overrides))[1].index == 3
 
 
 def test_every_scenario_has_a_small_run() -> None:
@@ -147,15 +120,14 @@ def test_every_scenario_has_a_small_run() -> None:
 
 def test_u_sweep_has_vessels_and_a_jointed_boom() -> None:
     """20 segments or more, joined one to the next, towed at both ends; the account of the oil is in the frame."""
-    assembly, watch, summary = run_steps(small("u-sweep"))
+    assembly, frame, summary = run_steps(small("u-sweep"))
     segments = [name for name in assembly.body_names if name.startswith("boom/main/segment")]
     assert len(segments) >= 20
     assert assembly.world is not None
     assert len(assembly.world.joint_names) == len(segments) - 1 + 4
-    assert watch.frame is not None
-    scalars = watch.frame.scalars
+    scalars = frame.scalars
     assert {"metrics/oil_inside", "metrics/oil_outside", "metrics/tow_tension/port"} <= set(scalars)
-    oil = len(watch.frame.phases["oil"].position) * 0.125**3
+    oil = len(frame.phases["oil"].position) * 0.125**3
     assert scalars["metrics/oil_inside"] + scalars["metrics/oil_outside"] == pytest.approx(oil)
     assert set(summary.summary(0.015)["scores"]["main"]["tow_tension_n"]) == {"port", "starboard"}
 
@@ -203,9 +175,7 @@ def test_python_api_and_file_give_the_same_run() -> None:
         }
     )
     assert written == said
-    frames = [run_steps(scenario)[1].frame for scenario in (said, written)]
-    assert frames[0] is not None
-    assert frames[1] is not None
+    frames = [run_steps(scenario)[1] for scenario in (said, written)]
     for phase in ("water", "oil"):
         np.testing.assert_array_equal(frames[0].phases[phase].position, frames[1].phases[phase].position)
     np.testing.assert_array_equal(frames[0].bodies["box"].position, frames[1].bodies["box"].position)
@@ -228,9 +198,8 @@ def test_probes_read_what_they_are_told_to() -> None:
             "box": BodyProbe(body="box"),
         },
     )
-    _, watch, summary = run_steps(scenario)
-    assert watch.frame is not None
-    scalars = watch.frame.scalars
+    _, frame, summary = run_steps(scenario)
+    scalars = frame.scalars
     assert scalars["probes/gauge"] == pytest.approx(0.5, abs=0.05)
     assert scalars["probes/flow/x"] == pytest.approx(0.3, abs=0.03)
     assert scalars["probes/box/z"] == pytest.approx(0.85, abs=1e-12)
@@ -379,9 +348,8 @@ def test_terms_of_recording(name: str, settings: tuple[str, ...], grid: float | 
 
 def test_failure_names_the_participant() -> None:
     """The error that observers and the caller see is the participant's."""
-    assembly = build(small("two-layer"))
-    simulation = assembly.co_simulation()
-    simulation.initialize()
-    assembly.fluid.add_forcing(Poison())
-    with pytest.raises(CoSimulationError, match="'fluid'"):
-        simulation.step()
+    with ScenarioRun(small("two-layer")) as run:
+        _ = run.simulation
+        run.assembly.fluid.add_forcing(Poison())
+        with pytest.raises(CoSimulationError, match="'fluid'"):
+            run.step()

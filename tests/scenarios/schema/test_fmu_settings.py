@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ from coupling.fmu import isolated_fmu
 from coupling.fmu.isolated_fmu import IsolatedFmu
 from coupling.participant import Status
 from recordings.checkpoint import state_from_bytes, state_hash, state_to_bytes
-from recordings.frame import Event, Frame, RunDescription
+from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
@@ -45,25 +45,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-class LastFrame:
-    """Keeps the series of the last frame."""
-
-    def __init__(self) -> None:
-        self.scalars: Mapping[str, float] = {}
-
-    def initialized(self, run: RunDescription) -> None:
-        pass
-
-    def step_completed(self, frame: Frame) -> None:
-        self.scalars = frame.scalars
-
-    def event(self, event: Event) -> None:
-        pass
-
-    def terminated(self, reason: str) -> None:
-        pass
-
-
 def assembled(file: Path, *overrides: str) -> Assembly:
     return build(load_scenario(file, overrides=[*QUICK, *overrides]).scenario)
 
@@ -75,18 +56,15 @@ def participant(assembly: Assembly, name: str) -> IsolatedFmu:
 
 
 @pytest.mark.slow
-def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path) -> None:
+def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path, scenario_run: type[ScenarioRun]) -> None:
     """On the winch the tug pays out line under load; with the brake set the line keeps its length and pulls harder."""
     lengths, tensions = {}, {}
     for brake in (0, 1):
         winch = {"brake": brake, "brake_holding": 500, "tension_order": 5}
         settings = [f"fmus.winch.start.{name}={value}" for name, value in winch.items()]
         hurry = ("run.duration=2.0", "vessels.tug.acceleration=1.0", "vessels.tug.legs.0.speed=0.5")
-        assembly = assembled(folder / "winch-tow.toml", *hurry, *settings)
-        assert assembly.world is not None
-        run = assembly.co_simulation()
-        run.initialize()
-        peak = []
+        run = scenario_run(folder / "winch-tow.toml", *QUICK, *hurry, *settings)
+        assembly, peak = run.assembly, []
         for _ in range(50):
             run.step()
             peak.append(assembly.world.tension(LINE))
@@ -94,47 +72,43 @@ def test_winch_renders_until_the_line_pulls_as_ordered(folder: Path) -> None:
         grown = assembly.world.lines.length(LINE) - assembly.world.lines.laid_length(LINE)
         assert grown == pytest.approx(float(participant(assembly, "fmus.winch").get("paid_out")[0]), abs=1e-12)
         lengths[brake], tensions[brake] = grown, max(peak)
-        run.terminate()
     assert lengths[1] == 0.0
     assert lengths[0] > 0.02
     assert tensions[0] < tensions[1]
 
 
-def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path) -> None:
-    assembly = assembled(folder / "autopilot-turn.toml", "run.duration=3.0", "fmus.autopilot.start.engaged=true")
-    watch = LastFrame()
-    run = assembly.co_simulation([watch])
-    run.initialize()
-    run.run(3.0)
-    control = assembly.parts.controls["tug"]
+def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path, scenario_run: type[ScenarioRun]) -> None:
+    engaged = ("run.duration=3.0", "fmus.autopilot.start.engaged=true")
+    run = scenario_run(folder / "autopilot-turn.toml", *QUICK, *engaged)
+    run.run()
+    control = run.assembly.parts.controls["tug"]
     assert float(control.get("tug.heading")) > math.radians(15.0)
     assert float(control.get("tug.speed")) > 0.05
-    pilot = participant(assembly, "fmus.autopilot")
+    pilot = participant(run.assembly, "fmus.autopilot")
     # the tug pushes as the autopilot says, in the same step
     assert float(control.get("tug.thrust")) == float(pilot.get("thrust")[0])
     assert float(control.get("tug.yaw_moment")) == float(pilot.get("yaw_moment")[0])
     # and the recording is shown it
-    assert watch.scalars["fmus/autopilot/thrust"] == float(pilot.get("thrust")[0])
-    run.terminate()
+    assert run.readings().one_series("fmus/autopilot/thrust").value[-1] == float(pilot.get("thrust")[0])
 
 
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
-def test_a_model_of_ones_own_drives_the_wind_in_knots(folder: Path, version: int) -> None:
+def test_a_model_of_ones_own_drives_the_wind_in_knots(
+    folder: Path, version: int, scenario_run: type[ScenarioRun]
+) -> None:
     """The squall of the documentation: 20 kn at its peak, which is what the liquid and the tug feel in m/s."""
     target = folder / f"squall-{version}.fmu"
     assert main(["build-fmu", str(EXAMPLES / "squall.py"), "--fmi", str(version), "-o", str(target)]) == 0
     squall = [f'fmus.squall.file="{target.name}"', "fmus.squall.start.start=0.0", "fmus.squall.start.duration=0.2"]
     wind = ["forcing.wind.speed=2.0", 'fmus.squall.outputs.speed="forcing.wind.speed"']
-    assembly = assembled(folder / "winch-tow.toml", *squall, *wind)
-    run = assembly.co_simulation()
-    run.initialize()
+    run = scenario_run(folder / "winch-tow.toml", *QUICK, *squall, *wind)
     run.run(0.1)
+    assembly = run.assembly
     felt = assembly.parts.controls["tug"].get("tug.wind")
     assert felt == pytest.approx([20.0 * 1852.0 / 3600.0, 0.0, 0.0], rel=1e-12)
     assert assembly.fluid.forcings[0].speed == felt[0]
-    run.run(0.3)
+    run.run(0.2)
     assert assembly.fluid.forcings[0].speed == pytest.approx(4.0 * 1852.0 / 3600.0, rel=1e-12)
-    run.terminate()
 
 
 WINDS = """
@@ -151,27 +125,24 @@ class Winds(Fmi2Slave):
 """
 
 
-def test_an_element_of_an_array_drives_a_signal_and_is_recorded_once(folder: Path) -> None:
+def test_an_element_of_an_array_drives_a_signal_and_is_recorded_once(
+    folder: Path, scenario_run: type[ScenarioRun]
+) -> None:
     (folder / "winds_2.py").write_text(WINDS)
     command = [sys.executable, "-m", "pythonfmu", "build", "-f", "winds_2.py"]
     subprocess.run(command, check=True, capture_output=True, cwd=folder)
     winds = ['fmus.winds.file="Winds.fmu"', 'fmus.winds.units.w[2]="kn"']
     wind = ["forcing.wind.speed=2.0", 'fmus.winds.outputs.w[2]="forcing.wind.speed"']
-    assembly = assembled(folder / "winch-tow.toml", *winds, *wind)
-    watch = LastFrame()
-    run = assembly.co_simulation([watch])
-    run.initialize()
+    run = scenario_run(folder / "winch-tow.toml", *QUICK, *winds, *wind)
     run.step()
-    assert assembly.fluid.forcings[0].speed == pytest.approx(6.0 * 1852.0 / 3600.0, rel=1e-12)
-    shown = {name: value for name, value in watch.scalars.items() if name.startswith("fmus/winds")}
+    assert run.assembly.fluid.forcings[0].speed == pytest.approx(6.0 * 1852.0 / 3600.0, rel=1e-12)
+    series = run.readings().series
+    shown = {name: track.value[-1] for name, track in series.items() if name.startswith("fmus/winds")}
     assert shown == {"fmus/winds/w/0": 3.0, "fmus/winds/w/1": 6.0}
-    run.terminate()
 
 
-def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
-    assembly = assembled(folder / "winch-tow.toml")
-    run = assembly.co_simulation()
-    run.initialize()
+def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path, scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(folder / "winch-tow.toml", *QUICK).simulation
     run.run(0.2)
     saved = run.save_state()
     run.run(0.3)
@@ -180,7 +151,6 @@ def test_a_run_with_an_fmu_repeats_from_its_saved_state(folder: Path) -> None:
     assert run.communication_point.index == 10
     run.run(0.3)
     assert state_hash(run.save_state()) == after
-    run.terminate()
 
 
 @pytest.mark.slow

@@ -50,6 +50,7 @@ def test_a_bridle_is_laid_taut_without_tension(more: str) -> None:
         line.length /= 0.99
 
 
+@pytest.mark.slow
 def test_bridles_tow_the_boom_as_plain_lines_do() -> None:
     _, plain = towed(ELASTIC)
     for more in (AT_BOOM, AT_VESSEL):
