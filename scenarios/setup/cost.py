@@ -164,11 +164,18 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
     return layout.positions, layout.left_out, layout.solids, layout.level
 
 
-def _told(scenario: Scenario, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
-    """List the warnings of fills, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
+def _assumed(scenario: Scenario) -> list[str]:
+    """Say what the closures of booms assume; their code, which loads trimesh and numba, is imported only for booms."""
+    if not scenario.booms:
+        return []
     from scenarios.setup.boom_losses import assumed_tensions
 
-    fluid, assumed = scenario.fluid, assumed_tensions(scenario)
+    return assumed_tensions(scenario)
+
+
+def _told(scenario: Scenario, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
+    """List the warnings of fills, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
+    fluid, assumed = scenario.fluid, _assumed(scenario)
     fills = tuple(misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension).values())
     if not solids or not scenario.run.has_particles:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed, *unused_sea(scenario))

@@ -10,7 +10,7 @@ import pytest
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spreading import fay
-from oilsim.slick.spreading.gradient_flow import Liquids, _measure
+from oilsim.slick.spreading.gradient_flow import PER_CELL, THINNEST, Liquids, _measure, cell_size
 from oilsim.slick.spreading.thickness_grid import build_grid
 from oilsim.slick.surface_flow import UniformFlow
 
@@ -112,3 +112,24 @@ def test_oil_as_dense_as_water_is_refused():
     heavy = Oil(density=1030.0, dynamic_viscosity=1.0, interfacial_tension=0.02)
     with pytest.raises(ValueError, match=r"density is 1030 kg/m3, allowed: below 1027"):
         slick.release(heavy, 1.0, count=10, center=(0.0, 0.0), radius=1.0)
+
+
+def test_scattered_parcels_stay_finite():
+    """One litre as 40 parcels strewn over 2000 km: cells as wide as a film of THINNEST asks, and no parcel's place or film is lost."""
+    random = np.random.default_rng(5)
+    slick = Slick(SlickSettings(loss_volume=1.0, water_density=WATER, water_viscosity=VISCOSITY))
+    oil = Oil(density=875.0, dynamic_viscosity=0.02, interfacial_tension=0.02, spreading_tension=0.01)
+    slick.release(oil, 1e-3, count=40, center=(0.0, 0.0), radius=1.0, age=60.0)
+    parcels = slick.parcels
+    parcels.position[:] = random.uniform(-1e6, 1e6, parcels.position.shape)
+    for step in range(50):
+        slick.step(CALM, step * 60.0, 60.0)
+    assert np.isfinite(parcels.position).all() and np.isfinite(parcels.thickness).all()
+    assert (np.abs(parcels.position) < 1.1e6).all()
+    assert (
+        parcels.thickness.min() > 0.1 * THINNEST / PER_CELL
+    )  # a lone parcel in a cell of that width, at a corner of it
+    volume = np.full(40, 1e-3 / 40)
+    bound = math.sqrt(PER_CELL * volume[0] / THINNEST)
+    assert cell_size(volume, np.full(40, 1e-15)) == pytest.approx(bound)
+    assert cell_size(volume, np.full(40, 1e-6)) < bound

@@ -54,3 +54,11 @@ def test_the_surface_is_the_sea_at_its_crossings():
     surface = SeaSurface().frame(sea, 3.0, np.array([[0.0, 0.0], [40.0, 20.0]]))
     middle = surface.vertices[np.abs(surface.vertices[:, :2] - (20.0, 10.0)).max(axis=1) < 20.0]
     assert np.abs(middle[:, 2] - sea.elevation(middle[:, :2], 3.0)).max() <= 0.5 / 256 + 1e-6
+
+
+def test_sheen_wider_than_the_box():
+    """A disc of a kilometre covers every cell that the viewer does not continue with its thickness, and a far one leaves no round-off."""
+    spots = np.array([[0.0, 0.0, 1000.0, 1e-6, 0.0], [1e5, 0.0, 1000.0, 1e-3, 0.0]])
+    film = film_of(spots, BOX)
+    assert film[4:-4, 4:-4] == pytest.approx(1e-6)
+    assert not film_of(spots[1:], BOX).any()
