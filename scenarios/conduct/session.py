@@ -158,7 +158,7 @@ class Session:
         if self.phase == "running":
             await self._ask("end")
         await self._ended()
-        while len(self._pieces) > 1 and self._pieces[-1][1] > time:
+        while len(self._pieces) > 1 and self._pieces[-1][1] >= time:  # its first moment is kept by the piece before
             self._pieces.pop()
         source = self._pieces[-1][0]
         errand = replace(self._errand, source=source, at=time, settings=settings, record=_free(source, time))

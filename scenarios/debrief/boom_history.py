@@ -168,7 +168,9 @@ def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
     clock: Series = replay.scalars[f"{prefix}oil_retained"]
     count = min(len(clock.index), *(len(segment.index) for segment in segments))
     series = {
-        name.removeprefix(prefix): one.value[:count] for name, one in replay.scalars.items() if name.startswith(prefix)
+        name.removeprefix(prefix): _on(clock.index[:count], one, name.removeprefix(prefix))
+        for name, one in replay.scalars.items()
+        if name.startswith(prefix)
     }
     worst = {name: reached(values, series.get(f"{WORST}{name}")) for name, values in series.items()}
     still = np.zeros(count)
@@ -188,6 +190,16 @@ def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
         tow_speed=series.get("tow_speed", still),
         series={name.removeprefix(prefix): one for name, one in replay.scalars.items()},
     )
+
+
+def _on(index: NDArray[np.int64], one: Series, name: str) -> Array:
+    """Return a series at the frames `index` (N,); before its first frame, oil is 0 m3: no such oil was there yet. Others are NaN."""
+    if np.array_equal(one.index[: len(index)], index):
+        return one.value[: len(index)]
+    values = np.full(len(index), 0.0 if name.startswith("oil_") else np.nan)
+    _, rows, places = np.intersect1d(index, one.index, return_indices=True)
+    values[rows] = one.value[places]
+    return values
 
 
 def _beginning_with(start: str, series: Mapping[str, Array]) -> dict[str, Array]:

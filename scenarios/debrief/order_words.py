@@ -78,6 +78,8 @@ def _state_in_words(key: str, written: str) -> str:
             return f"the engine of {vessel} {'runs again' if written == 'running' else 'has stopped'}"
         case ["booms", boom, "parted"]:
             return f"boom {boom} parts at joint {written.strip('[]').split(',')[-1].strip()}"
+        case ["injects", inject, "given"]:
+            return f"the inject {inject} is given"
         case ["emitters", pipe]:
             return _release_in_words(pipe, written)
     return ""

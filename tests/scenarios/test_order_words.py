@@ -23,6 +23,15 @@ EAST = 0.5 * math.pi
         ("orders forcing.waves.height=0.5 emitters.leak.speed=0", "waves 0.5 m high; pipe leak shut"),
         ("orders vessels.port.legs=[]", "a new course for port"),
         (
+            "orders vessels.port.hauled=1.5 vessels.tug.hauled=-2",
+            "tow line of port: 1.5 m shorter; tow line of tug: 2.0 m longer",
+        ),
+        ("orders vessels.port.hauled=0", "tow line of port: as it was laid"),
+        (
+            "orders booms.main.tow_line=20 injects.storm.given=true",
+            "tow lines of boom main: 20.0 m; the inject storm is given",
+        ),
+        (
             "orders vessels.port.legs=[{speed=0,heading=0,by_hand=[0.5,-0.2]}]",
             "port: 50 % ahead, 20 % rudder to starboard, by hand",
         ),

@@ -173,7 +173,8 @@ async function whatIf(time, less) {
   notice(`Runs again from ${clock(time)} to ${clock(end)}, ${less} kn slower …`, false, 0);
   const told = await link.give("branch", { time, settings: [`tow.speed=${Math.max(0, speed - less * KNOT)}`] });
   if (!told.told) return;
-  await until(() => conduct.session.run > run && conduct.session.phase === "running" && conduct.state.paused);
+  await until(() => conduct.session.run > run && (conduct.session.phase === "failed" || (conduct.session.phase === "running" && conduct.state.paused)));
+  if (conduct.session.phase === "failed") return; // the page shows the reason
   await link.give("pace", { value: null });
   await link.give("go-on");
   await until(() => conduct.state.time >= end - 1e-6 || conduct.session.phase !== "running");

@@ -193,7 +193,7 @@ def _hauls_and_injects(page: sync_api.Page, crew: sync_api.Page) -> None:
     sync_api.expect(log).to_contain_text("tow lines of boom main: 3.0 m")
     inject = page.get_by_role("button", name="The starboard engine stops")
     inject.click()
-    sync_api.expect(log).to_contain_text("The starboard engine stops")
+    sync_api.expect(log).to_contain_text("the engine of starboard has stopped; the inject engine is given")
     sync_api.expect(inject).to_be_disabled()
 
 
