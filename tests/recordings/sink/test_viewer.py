@@ -32,6 +32,6 @@ def test_viewer_shows_scene_and_diagrams(record: Callable[..., Path], tmp_path: 
         pytest.skip(f"no graphics driver here: {error}")
     image = matplotlib.image.imread(tmp_path / "view.png")[..., :3]
     left, right = image[:, : image.shape[1] * 2 // 3], image[:, image.shape[1] * 3 // 4 :]
-    background = np.array([224, 233, 240]) / 255.0
+    background = np.array([205, 224, 238]) / 255.0
     assert (np.abs(left - background).max(axis=2) < 0.02).mean() > 0.3  # the scene's pale sky, not an empty viewer
     assert np.median(right) < 0.2  # the diagrams are on black
