@@ -239,7 +239,7 @@ def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_pa
             """Return the parts of the view that are blue as water is, and brown as oil."""
             image = matplotlib.image.imread(io.BytesIO(page.locator("#view-scene").screenshot()))[..., :3]
             sea = np.array(palette.SEA[:3]) / 255.0
-            hue, brown = image / image.sum(axis=2, keepdims=True), image[..., 0] > 1.1 * image[..., 2]
+            hue, brown = image / np.maximum(image.sum(axis=2, keepdims=True), 1e-6), image[..., 0] > 1.1 * image[..., 2]
             return float((np.abs(hue - sea / sea.sum()).max(axis=2) < 0.06).mean()), float(brown.mean())
 
         deadline = time.monotonic() + 60.0
