@@ -16,8 +16,8 @@ from playwright import sync_api
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT))
 
+from tests.scenarios.conduct.browsers import browser  # noqa: E402
 from tests.scenarios.conduct.consoles import TOW, console  # noqa: E402
-from tests.scenarios.conduct.test_browser import browser  # noqa: E402
 
 PATIENCE = 300_000  # [ms]
 WEATHER = """

@@ -91,18 +91,12 @@ def pairs_of_ids(first: ArrayLike, second: ArrayLike, present: NDArray[np.uint32
     rows = [np.asarray(first, np.int64).ravel(), np.asarray(second, np.int64).ravel()]
     if rows[0].size != rows[1].size:
         raise ValueError(f"pairs have {rows[0].size} first and {rows[1].size} second ids, allowed: as many of both")
-    pairs = np.stack(rows)
-    missing = pairs[~np.isin(pairs, present)]
-    if missing.size:
-        raise ValueError(f"particle {missing[0]} does not exist, allowed: ids of particles in the fluid")
-    if np.unique(pairs).size != pairs.size:
-        raise ValueError("pairs name a particle twice, allowed: each particle once")
-    return pairs
+    return known_ids(np.stack(rows), present)
 
 
 def known_ids(ids: ArrayLike, present: NDArray[np.uint32]) -> NDArray[np.int64]:
-    """Return ids (n,); ValueError for ids that are not `present` (N,), and for one that occurs twice."""
-    given = np.asarray(ids, np.int64).ravel()
+    """Return ids of any shape as integers; ValueError for ids that are not `present` (N,), and for one that occurs twice."""
+    given = np.asarray(ids, np.int64)
     missing = given[~np.isin(given, present)]
     if missing.size:
         raise ValueError(f"particle {missing[0]} does not exist, allowed: ids of particles in the fluid")

@@ -35,8 +35,8 @@ from scenarios.schema.liquid import (
     Tank,
 )
 from scenarios.schema.moorings import MooringSettings, mooring_problems
+from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
-from scenarios.schema.quantity_fields import Vector
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
 from scenarios.schema.sea import SeaSettings

@@ -11,10 +11,10 @@ from typing import Any, get_args
 from scenarios.cross_checks import NAMED_TABLES, Parts, problems_between
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.scenario import Scenario
-from scenarios.schema.compass import without_compass
-from scenarios.schema.overrides import merged, parse_override, with_override
-from scenarios.schema.quantity_fields import field_kinds
-from scenarios.schema.structuring import COMPASS, structure
+from scenarios.schema.parsing.compass import without_compass
+from scenarios.schema.parsing.overrides import merged, parse_override, with_override
+from scenarios.schema.parsing.quantity_fields import field_kinds
+from scenarios.schema.parsing.structuring import COMPASS, structure
 from scenarios.text.toml import read_toml
 
 LEVELS = ("easy", "hard")  # beside the scenario as it stands, which is "normal"

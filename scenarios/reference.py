@@ -25,9 +25,9 @@ from scenarios.schema import (
     weather,
     window,
 )
-from scenarios.schema.quantity_fields import Section, field_kinds
-from scenarios.schema.structuring import SUFFIXES
-from scenarios.schema.type_checks import shape_of
+from scenarios.schema.parsing.quantity_fields import Section, field_kinds
+from scenarios.schema.parsing.structuring import SUFFIXES
+from scenarios.schema.parsing.type_checks import shape_of
 
 INTRODUCTION = """# Scenario files
 

@@ -3,7 +3,7 @@
 The dataclasses are the Python API. A scenario file says the same, table by table and key by key; `scenarios.load` reads it.
 Conventions: SI units, world frame with z up, angles counter-clockwise. In a file, a key for a speed may carry the suffix ``_kn`` (knots),
 and one for an angle ``_deg`` (degrees). Sailors' directions are taken too, in degrees clockwise from north: ``heading_compass`` for a
-heading, ``from_compass`` for where wind or waves come from, ``toward_compass`` for where a current runs to (`scenarios.schema.compass`).
+heading, ``from_compass`` for where wind or waves come from, ``toward_compass`` for where a current runs to.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
 from scenarios.schema.moorings import MooringSettings
+from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.probe_settings import Probe
-from scenarios.schema.quantity_fields import Section
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import CameraSettings, Level, RecordingSettings, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings

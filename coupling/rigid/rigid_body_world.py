@@ -12,10 +12,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 import trimesh
-from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties, require_closed
-from coupling.rigid.bridle import Bridle
 from coupling.rigid.collision_step import Encounters
 from coupling.rigid.engine.bullet_client import BulletClient
 from coupling.rigid.engine.engine_step import Body, EngineStep
@@ -23,12 +21,10 @@ from coupling.rigid.environment import Environment, MetEnvironment
 from coupling.rigid.holds import Holds
 from coupling.rigid.joint_answer import JointAnswer
 from coupling.rigid.joint_constraints import PointJoint
-from coupling.rigid.lines import ElasticLine, Line, Lines, stiffest
-from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
-from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
-from coupling.rigid.rigid_state import RigidBodyState, pose_of, twist_of
-from coupling.rigid.step_length import SHORTEST, step_rate
+from coupling.rigid.rigging import Rigging
+from coupling.rigid.rigid_state import pose_of, twist_of
+from coupling.rigid.step_length import step_rate
 from oilsim.checks import finite
 from oilsim.physical_constants import GRAVITY
 
@@ -37,7 +33,7 @@ Array = npt.NDArray[np.float64]
 FRICTION = 0.5  # coefficient of contacts, where nothing else is said
 
 
-class RigidBodyWorld:
+class RigidBodyWorld(Rigging):
     """A world of rigid bodies; every quantity is of the centre of mass, in the world frame, in SI units."""
 
     def __init__(
@@ -57,18 +53,16 @@ class RigidBodyWorld:
             raise ValueError(f"rigid bodies: sub_step is {sub_step} s, allowed: above 0")
         if solver_iterations < 1:
             raise ValueError(f"rigid bodies: solver_iterations is {solver_iterations}, allowed: 1 or more")
+        super().__init__()
         self.time = 0.0
         self._gravity = np.array(gravity, dtype=np.float64)
         self._sub_step = sub_step
         self._ahead = communication_step or sub_step
-        self._bodies: dict[str, Body] = {}
         self._encounters = Encounters()
         self._joints: dict[str, int] = {}
         self._parted: list[str] = []
         self._tensions: dict[str, float] = {}
-        self.lines = Lines()
         self._last_duration = sub_step
-        self._state = RigidBodyState()
         self._holds = Holds(self._state)
         self._client = BulletClient(gravity, solver_iterations)
         self._engine = EngineStep(self._client, self._state, self._gravity)
@@ -217,78 +211,6 @@ class RigidBodyWorld:
         for body in self._bodies.values():
             body.is_jointed = any(body.row in (joint.first, joint.second) for joint in self._answer.joints)
         self._answer.forget()
-
-    def add_line(
-        self,
-        name: str,
-        body_a: str,
-        body_b: str | None,
-        points: tuple[Vector, Vector],
-        *,
-        length: float,
-        stiffness: float,
-        relaxation_time: float = 0.0,
-        breaking_load: float = math.inf,
-    ) -> None:
-        """Add an elastic line from body_a to body_b (None: the world) between `points` of the world [m]; see `coupling.rigid.lines`.
-
-        length [m], stiffness [N], relaxation_time [s], breaking_load [N]. Raises ValueError for a line that is too stiff, with the largest
-        stiffness allowed.
-        """
-        bodies = (self._body(body_a), None if body_b is None else self._body(body_b))
-        places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
-        rows = tuple(-1 if body is None else body.row for body in bodies)
-        line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
-        line.breaking_load = breaking_load
-        self._string(name, line)
-
-    def add_bridle(
-        self,
-        name: str,
-        body_a: str | None,
-        body_b: str,
-        points: tuple[Vector, Vector, Vector],
-        *,
-        length: float,
-        leg_lengths: tuple[float, float],
-        stiffness: float,
-        relaxation_time: float = 0.0,
-        breaking_load: float = math.inf,
-    ) -> None:
-        """Add a line from body_a (None: the world) that ends in two legs on body_b; see `coupling.rigid.bridle`.
-
-        points: of the world [m], the line's end and those of the legs; length of the line alone and leg_lengths [m], stiffness [N],
-        relaxation_time [s], breaking_load [N]. Raises ValueError for legs that cannot be taut together, and for too stiff a line.
-        """
-        bodies = (None if body_a is None else self._body(body_a), self._body(body_b), self._body(body_b))
-        places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
-        rows = (-1 if bodies[0] is None else bodies[0].row, bodies[1].row)
-        own = np.array(places, dtype=np.float64)
-        self._string(name, Bridle(*rows, own, leg_lengths, stiffness, relaxation_time, length, breaking_load))
-
-    def add_mooring_leg(
-        self,
-        name: str,
-        body: str,
-        point: Vector,
-        parts: Sequence[LegPart],
-        anchor: Anchor,
-        *,
-        relaxation_time: float = 0.0,
-    ) -> None:
-        """Hold a body at `point` of the world [m] by a leg of `parts`, from there down, to an anchor; see `coupling.rigid.moorings`.
-
-        Raises ValueError for a leg that is too stiff, with the largest stiffness allowed.
-        """
-        held = self._body(body)
-        self._string(name, MooringLeg(held.row, self._own_point(held, point), tuple(parts), anchor, relaxation_time))
-
-    def part_line(self, name: str) -> None:
-        """Let an elastic line part: from now on it does not pull. ValueError for an unknown name."""
-        if name not in self.lines.names:
-            raise ValueError(f"rigid bodies: line {name!r} does not exist, allowed: {', '.join(self.lines.names)}")
-        self.lines.part(name)
-        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
     def set_environment(self, environment: Environment, names: Sequence[str]) -> None:
         """Let a sea load the named bodies, all of which have been added; ValueError for an unknown body, or one that is not free."""
@@ -467,32 +389,12 @@ class RigidBodyWorld:
         """Disconnect the client; the world cannot be used afterwards."""
         self._client.close()
 
-    def _body(self, name: str) -> Body:
-        if name not in self._bodies:
-            raise ValueError(f"rigid bodies: body {name!r} does not exist, allowed: {', '.join(self._bodies)}")
-        return self._bodies[name]
-
-    def _string(self, name: str, line: Line) -> None:
-        """Add a line to the others; ValueError for one that is too stiff to be stepped."""
-        limit = stiffest(line, self._state.pose, self._state.inverse_masses(), SHORTEST)
-        if line.stiffness > limit:
-            raise ValueError(
-                f"line {name!r}: stiffness is {line.stiffness:g} N, allowed: up to {limit:.3g} N for its bodies"
-            )
-        self.lines.add(name, line)
-        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
-
     def _place(self, body: Body, motion: Motion) -> None:
         """Put a body where `motion` says."""
         self._client.place(body.bullet, motion)
         self._answer.placed()
         self._state.pose[body.row] = pose_of(motion)
         self._state.twist[body.row] = twist_of(motion)
-
-    def _own_point(self, body: Body, point: Vector) -> Array:
-        """Convert a world point to the body's axes, from its centre of mass."""
-        pose = self._state.pose[body.row]
-        return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
 
     def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
         """Advance by `duration` [s] from the time `begin` in equal sub-steps; add the impulses [N s] of joints to `impulses`."""

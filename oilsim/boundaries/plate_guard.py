@@ -14,6 +14,8 @@ where two plates meet, the plates act one after the other, and a particle that f
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -38,57 +40,81 @@ PLATES = 4
 TINY = np.float32(1e-30)
 
 
+class Plates(NamedTuple):
+    """Points of walls, and which of them stand for plates.
+
+    points          (M, 4), places of all points of walls [m]
+    normal (3, K)   unit normals [1] of the points of plates, 0 of others; of the points of moving bodies, which are the last
+    spacing         d [m]
+    period          lengths of periodic axes [m], None if there are none
+    """
+
+    points: Real
+    normal: Real
+    spacing: np.float32
+    period: Period
+
+
 @njit(**FAST)
-def hold_back(pairs, points, wall, normal, spacing, period, carried, flown, push):
+def worst_meeting(pairs, plates, places, of, carried, flown):
+    """Return the pair whose plate a particle goes into farthest, how far [m], and the plate's normal on the particle's side.
+
+    places (N, 4), carried (3, P), flown (3, N) [m] as for `hold_back`; of: the particle, its first pair, and the one after its last. The
+    way is 0 if it meets no plate.
+    """
+    i, first, last = of
+    face, beside = FACE * plates.spacing, BESIDE * BESIDE * plates.spacing * plates.spacing
+    resting = plates.points.shape[0] - plates.normal.shape[1]
+    worst, found, wx, wy, wz = ZERO, first, ZERO, ZERO, ZERO
+    for n in range(first, last):
+        b = np.int64(pairs.point[n])
+        nx, ny, nz = plates.normal[0, b - resting], plates.normal[1, b - resting], plates.normal[2, b - resting]
+        if nx == ZERO and ny == ZERO and nz == ZERO:
+            continue
+        dx, dy, dz = nearest_images(
+            places[i, 0] - plates.points[b, 0], places[i, 1] - plates.points[b, 1], places[i, 2] - plates.points[b, 2],
+            plates.period,
+        )  # fmt: skip
+        height = nx * dx + ny * dy + nz * dz
+        if height < ZERO:
+            height, nx, ny, nz = -height, -nx, -ny, -nz
+        ux, uy, uz = flown[0, i] - carried[0, n], flown[1, i] - carried[1, n], flown[2, i] - carried[2, n]
+        approach = -(nx * ux + ny * uy + nz * uz)
+        room = max(height - face, ZERO)
+        if approach - room <= worst:
+            continue
+        share = min(room / (approach + TINY), ONE)
+        ax, ay, az = dx + share * ux, dy + share * uy, dz + share * uz
+        level = nx * ax + ny * ay + nz * az
+        if ax * ax + ay * ay + az * az - level * level < beside:
+            worst, found, wx, wy, wz = approach - room, n, nx, ny, nz
+    return found, worst, wx, wy, wz
+
+
+@njit(**FAST)
+def hold_back(pairs, plates, places, carried, flown, push):
     """Shorten the ways `flown` (3, N) [m] of particles so that none leads into a plate; `push` (3, P) becomes the change by each pair [m].
 
     pairs           the step's `BodyPairs`
-    points, wall    (N, 4) and (M, 4), places [m] where the ways begin
-    normal (3, M)   unit normals [1] of the points of plates, 0 of others; counted from the first point of a moving body
-    spacing         d [m]
-    period          lengths of periodic axes [m], None if there are none
+    plates          the `Plates`
+    places          (N, 4), where the ways begin [m]
     carried (3, P)  way of the point of each pair [m]
     """
     first, count = 0, pairs.particle.size
-    resting = wall.shape[0] - normal.shape[1]
-    face, beside = FACE * spacing, BESIDE * BESIDE * spacing * spacing
     while first < count:
         i, last = pairs.particle[first], first
         while last < count and pairs.particle[last] == i:
             last += 1
         for turn in range(PLATES + 1):
-            worst, found, wx, wy, wz = ZERO, first, ZERO, ZERO, ZERO
-            for n in range(first, last):
-                b = np.int64(pairs.point[n])
-                nx, ny, nz = normal[0, b - resting], normal[1, b - resting], normal[2, b - resting]
-                if nx == ZERO and ny == ZERO and nz == ZERO:
-                    continue
-                dx, dy, dz = nearest_images(
-                    points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], period
-                )
-                height = nx * dx + ny * dy + nz * dz
-                if height < ZERO:
-                    height, nx, ny, nz = -height, -nx, -ny, -nz
-                ux, uy, uz = flown[0, i] - carried[0, n], flown[1, i] - carried[1, n], flown[2, i] - carried[2, n]
-                approach = -(nx * ux + ny * uy + nz * uz)
-                room = max(height - face, ZERO)
-                if approach - room <= worst:
-                    continue
-                share = min(room / (approach + TINY), ONE)
-                ax, ay, az = dx + share * ux, dy + share * uy, dz + share * uz
-                level = nx * ax + ny * ay + nz * az
-                if ax * ax + ay * ay + az * az - level * level < beside:
-                    worst, found, wx, wy, wz = approach - room, n, nx, ny, nz
+            found, worst, wx, wy, wz = worst_meeting(pairs, plates, places, (i, first, last), carried, flown)
             if worst <= ZERO:
                 break
             if turn < PLATES:
                 wx, wy, wz = worst * wx, worst * wy, worst * wz
             else:
-                wx, wy, wz = (
-                    carried[0, found] - flown[0, i],
-                    carried[1, found] - flown[1, i],
-                    carried[2, found] - flown[2, i],
-                )
+                wx = carried[0, found] - flown[0, i]
+                wy = carried[1, found] - flown[1, i]
+                wz = carried[2, found] - flown[2, i]
             flown[0, i] += wx
             flown[1, i] += wy
             flown[2, i] += wz
@@ -148,5 +174,7 @@ class PlateGuard:
 
     def _hold_back(self, points: Real, carried: Real, flown: Real) -> Real:
         walls, push = self._walls, np.zeros_like(carried)
-        hold_back(self._pairs, points, walls.points, walls.normal, self._spacing, self._period, carried, flown, push)
+        assert walls.normal is not None  # `present` tells so
+        plates = Plates(walls.points, walls.normal, self._spacing, self._period)
+        hold_back(self._pairs, plates, points, carried, flown, push)
         return push

@@ -21,7 +21,7 @@ from recordings.replay.running_extremes import WORST
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.criteria import CRITERIA_OF, LIMITS, CriterionSettings, Statistic, criteria_problems, limits_of
-from scenarios.schema.structuring import structure
+from scenarios.schema.parsing.structuring import structure
 from scenarios.text.toml import read_toml
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from scipy.constants import knot
 
 from recordings.words import course_in_words, levers_in_words, three_figures, volume_in_words
-from scenarios.schema.structuring import COMPASS, SUFFIXES
+from scenarios.schema.parsing.structuring import COMPASS, SUFFIXES
 
 _PREFIX = "orders "
 _COURSES = ("tow.heading", "wind.direction", "current.direction")

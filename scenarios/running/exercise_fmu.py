@@ -26,7 +26,7 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import Scenario
 from scenarios.schema.fmu_settings import ORDER_BOARD, connections_of
-from scenarios.schema.structuring import as_data
+from scenarios.schema.parsing.structuring import as_data
 from scenarios.signals.fmu_checks import all_are_kept
 from scenarios.signals.score_signals import scores_of
 from scenarios.signals.signal_participant import SignalBoard, signal_variables

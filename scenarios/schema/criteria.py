@@ -11,7 +11,7 @@ from typing import Literal
 
 from oilsim.quantity import quantity
 from scenarios.problems import Problem, suggestion
-from scenarios.schema.quantity_fields import Section
+from scenarios.schema.parsing.quantity_fields import Section
 
 Deployment = Literal["sweep", "containment", "exclusion", "diversion"]
 Statistic = Literal["end", "mean", "largest", "smallest"]

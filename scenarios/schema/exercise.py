@@ -17,7 +17,7 @@ from booms.catalog import catalogue
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem, ScenarioError, unknown
 from scenarios.schema.criteria import Deployment
-from scenarios.schema.quantity_fields import Point2, Section
+from scenarios.schema.parsing.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
 from vessels.drive import Drive
 from vessels.hull_size import HullSize

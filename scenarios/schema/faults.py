@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 
 from oilsim.quantity import quantity
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section
+from scenarios.schema.parsing.quantity_fields import Section
 
 ParticipantsFault = Literal[
     "early return", "discard", "error", "exception", "nan", "late", "wrong unit", "hang", "crash"

@@ -11,7 +11,7 @@ import numpy as np
 
 from oilsim.quantity import quantity
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section
+from scenarios.schema.parsing.quantity_fields import Section
 
 
 @dataclass(frozen=True, kw_only=True)

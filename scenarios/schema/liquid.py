@@ -19,7 +19,7 @@ from oilsim.quantity import quantity, quantity_of
 from scenarios.oils.library import fault_of, oil_named
 from scenarios.oils.properties import MOST_EVAPORATED, MOST_WATER
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector, above_lower, directed
+from scenarios.schema.parsing.quantity_fields import Section, Vector, above_lower, directed
 
 Axis = Literal["x", "y"]
 Side = Literal["-x", "+x", "-y", "+y", "-z", "+z"]

@@ -9,7 +9,7 @@ from typing import Literal
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem, unknown
 from scenarios.schema.exercise import BoomSettings
-from scenarios.schema.quantity_fields import Point2, Section, exactly_one
+from scenarios.schema.parsing.quantity_fields import Point2, Section, exactly_one
 from vessels.ground_tackle import AnchorSize, Rope
 
 

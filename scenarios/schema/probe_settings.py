@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from oilsim.quantity import quantity
-from scenarios.schema.quantity_fields import Point2, Section, Vector
+from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
 
 
 @dataclass(frozen=True, kw_only=True)

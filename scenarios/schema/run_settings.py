@@ -10,7 +10,7 @@ from typing import Literal
 
 from oilsim.quantity import quantity
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector
+from scenarios.schema.parsing.quantity_fields import Section, Vector
 
 Level = Literal["easy", "normal", "hard"]
 SHORTEST_STEP = 1e-6  # [s] of communication, a thousandth of what impacts need

@@ -23,7 +23,7 @@ from oilsim.sea import (
     WindDrift,
 )
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section
+from scenarios.schema.parsing.quantity_fields import Section
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from oilsim.forcing import AiryWaves, Current, Wind, Zone, heading
 from oilsim.quantity import quantity_of
 from scenarios.problems import Problem
-from scenarios.schema.quantity_fields import Section, Vector, above_lower
+from scenarios.schema.parsing.quantity_fields import Section, Vector, above_lower
 
 
 @dataclass(frozen=True, kw_only=True)

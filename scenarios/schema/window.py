@@ -11,7 +11,7 @@ from oilsim.quantity import quantity
 from oilsim.window.settings import WindowSettings
 from scenarios.problems import Problem
 from scenarios.schema.liquid import FluidSettings
-from scenarios.schema.quantity_fields import Point2, Section
+from scenarios.schema.parsing.quantity_fields import Point2, Section
 
 
 @dataclass(frozen=True, kw_only=True)

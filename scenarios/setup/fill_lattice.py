@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from recordings.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.liquid import BlockFill, CylinderFill, Fill, SlabFill, SphereFill, Tank
-from scenarios.schema.quantity_fields import Vector
+from scenarios.schema.parsing.quantity_fields import Vector
 
 Array = NDArray[np.float64]
 

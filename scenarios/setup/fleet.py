@@ -26,7 +26,7 @@ from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.moorings import held_ends
-from scenarios.schema.quantity_fields import Point2
+from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
 from scenarios.setup.moorings import PlacedLeg, leg_name, place_moorings
 from scenarios.setup.placed_solids import Solid

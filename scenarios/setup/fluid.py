@@ -22,7 +22,7 @@ from oilsim.wind_drift import WindDrift
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
-from scenarios.schema.quantity_fields import Vector
+from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
 from scenarios.setup.fill_lattice import starting_positions
 

@@ -190,7 +190,6 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
     """Add the elastic lines; one that is too stiff to be stepped is a problem."""
     for line in fleet.lines:
         rope: dict[str, float] = {
-            "length": line.length,
             "stiffness": line.stiffness,
             "relaxation_time": LINE_RELAXATION_TIME,
             "breaking_load": line.breaking_load,
@@ -199,9 +198,10 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
         try:
             if isinstance(line, PlacedBridle):
                 ends = (first, second, third[0])
-                world.add_bridle(line.name, line.body_a, line.body_b, ends, leg_lengths=line.leg_lengths, **rope)
+                lengths = (line.length, *line.leg_lengths)
+                world.add_bridle(line.name, line.body_a, line.body_b, ends, lengths=lengths, **rope)
             else:
-                world.add_line(line.name, line.body_a, line.body_b, (first, second), **rope)
+                world.add_line(line.name, line.body_a, line.body_b, (first, second), length=line.length, **rope)
         except ValueError as error:
             problems.append(Problem(f"booms.{line.name.split('/')[1]}.line_stiffness", f"cannot be used: {error}"))
 

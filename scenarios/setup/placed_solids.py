@@ -19,7 +19,7 @@ from recordings.frame import Color
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Body, Fixed, Free, MeshBody
-from scenarios.schema.quantity_fields import Vector
+from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.setup.body_motions import prescribed_motion
 from scenarios.setup.body_shapes import body_solid
 

@@ -11,8 +11,8 @@ from booms.scores import skirt_drag_coefficient, tow_force
 from recordings.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.scenario import Scenario, SiteSettings
+from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
-from scenarios.schema.structuring import as_data
 from scenarios.setup.boom_remarks import blockage
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal

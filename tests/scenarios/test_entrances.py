@@ -22,8 +22,8 @@ from scenarios.running.assembly import Assembly, build
 from scenarios.running.exercise_fmu import ExerciseParticipant
 from scenarios.running.plan import Plan
 from scenarios.scenario import Scenario
-from scenarios.schema.overrides import with_override
-from scenarios.schema.structuring import as_data
+from scenarios.schema.parsing.overrides import with_override
+from scenarios.schema.parsing.structuring import as_data
 from scenarios.setup.cost import require_memory
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import signals_of

@@ -11,7 +11,7 @@ from scenarios.load import scenario_from
 from scenarios.reference import CHAPTERS, reference
 from scenarios.running.assembly import build
 from scenarios.scenario import Scenario
-from scenarios.schema.quantity_fields import Section
+from scenarios.schema.parsing.quantity_fields import Section
 
 PAGE = Path(__file__).parents[2] / "docs" / "scenarios.md"
 

@@ -20,7 +20,7 @@ from oilsim.window.window import Window
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
-from scenarios.schema.quantity_fields import Point2
+from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.placed_solids import Solid
 

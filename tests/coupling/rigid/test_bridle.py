@@ -106,7 +106,7 @@ def hang(world: RigidBodyWorld) -> None:
     assert np.linalg.norm(junction - ends[1:], axis=1) == pytest.approx([LEG, LEG])
     points = tuple(tuple(float(x) for x in end) for end in ends)
     world.add_bridle(
-        "bridle", None, "beam", points, length=LENGTH, leg_lengths=(LEG, LEG), stiffness=EA, relaxation_time=0.05
+        "bridle", None, "beam", points, lengths=(LENGTH, LEG, LEG), stiffness=EA, relaxation_time=0.05
     )  # fmt: skip
 
 

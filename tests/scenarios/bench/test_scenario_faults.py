@@ -33,6 +33,8 @@ def failing_tow(folder: Path, of: str, **terms: Any) -> Path:
     [
         ("error", 0.1, "error injected at 0.12 s"),
         ("nan", 0.15, "nan"),
+        ("late", 0.1, "reached 0.2"),
+        ("exception", 0.1, "exception injected at 0.12 s"),
     ],
 )
 def test_participant_that_cannot_go_on_ends_the_run(
@@ -44,9 +46,10 @@ def test_participant_that_cannot_go_on_ends_the_run(
     assert f"fault on purpose: 'bodies': {fault}" in [event.text for event in run.history.events]
 
 
-def test_discarded_step_is_made_in_parts_and_the_run_goes_on(scenario_run: Runs, tmp_path: Path) -> None:
-    run = scenario_run(failing_tow(tmp_path, "participant", name="bodies", fault="discard"))
-    with goes_on_in_order(run, match="'bodies': discard"):
+@pytest.mark.parametrize("fault", ["discard", "early return", "hang"])
+def test_run_goes_on_after_a_step_in_parts_or_a_stall(scenario_run: Runs, tmp_path: Path, fault: str) -> None:
+    run = scenario_run(failing_tow(tmp_path, "participant", name="bodies", fault=fault))
+    with goes_on_in_order(run, match=f"'bodies': {fault}"):
         run.run(0.25)
 
 

@@ -6,7 +6,6 @@ It needs Playwright, axe, and a Chromium of the system; without one of them it i
 from __future__ import annotations
 
 import io
-import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.scenarios.conduct.browsers import CHROMIUM, browser
 from tests.scenarios.conduct.consoles import TOW, Console, console
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed: apt-get install chromium")
 
 PATIENCE = 120_000  # [ms]
@@ -38,12 +37,6 @@ text = "The starboard engine stops"
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Console]:
     with console(tmp_path_factory.mktemp("browser"), TOW, "--pace", "2") as one:
         yield one
-
-
-def browser(player: sync_api.Playwright) -> sync_api.Browser:
-    """Start Chromium with WebGL in software, which the 3-D view needs."""
-    graphics = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-    return player.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", *graphics])
 
 
 def opened(one: sync_api.Browser, served: Console, role: str, *, checked: bool = False) -> sync_api.Page:

@@ -11,7 +11,7 @@ from scenarios.load import load_scenario, scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, joint_name
-from scenarios.schema.structuring import as_data, structure
+from scenarios.schema.parsing.structuring import as_data, structure
 
 ENDS = ((0.0, 0.0), (20.0, 0.0))
 PULLED = ("run.detail='none'", "run.communication_step=0.02", "forcing.current.speed=1.0")

@@ -24,7 +24,7 @@ from scenarios.running.plan import Plan, plan_from
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.verify import verify
 from scenarios.scenario import Scenario
-from scenarios.schema.structuring import as_data
+from scenarios.schema.parsing.structuring import as_data
 from tests.scenarios.kills import started_run
 
 STEP = 0.02

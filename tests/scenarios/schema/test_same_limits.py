@@ -19,8 +19,8 @@ from scenarios.problems import ScenarioError
 from scenarios.schema.bodies import WigleyBody
 from scenarios.schema.exercise import BoomSettings, LegSettings, VesselSettings
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, PipeEmitterSettings
-from scenarios.schema.quantity_fields import Section
-from scenarios.schema.structuring import as_data, structure
+from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.schema.parsing.structuring import as_data, structure
 from scenarios.schema.weather import CurrentSettings, WaveSettings, WindSettings, horizontal
 from vessels.course import CourseLeg
 from vessels.hull_size import HullSize

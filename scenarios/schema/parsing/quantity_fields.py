@@ -9,7 +9,7 @@ from typing import Any, ClassVar, get_type_hints
 
 from oilsim.quantity import SHORTEST_DIRECTION, quantities
 from scenarios.problems import Problem, ScenarioError
-from scenarios.schema.type_checks import Misfit, shape_of, taken
+from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
 
 Vector = tuple[float, float, float]
 Point2 = tuple[float, float]

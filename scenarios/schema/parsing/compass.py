@@ -12,7 +12,7 @@ from typing import Any
 
 from oilsim.quantity import is_number
 from scenarios.problems import Problem
-from scenarios.schema.structuring import COMPASS, spellings
+from scenarios.schema.parsing.structuring import COMPASS, spellings
 
 _EAST = 90.0  # [degrees], bearing of the x axis without a site
 _PLACES: Mapping[tuple[str, ...], str] = {

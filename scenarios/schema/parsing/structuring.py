@@ -1,6 +1,6 @@
 """Structuring: plain data, as read from a file, becomes the dataclasses of a scenario; every fault is reported at its path.
 
-Nothing is guessed: a number in quotes is not a number (`scenarios.schema.type_checks`), and an unknown key is refused. A key for a speed
+Nothing is guessed: a number in quotes is not a number (`type_checks`), and an unknown key is refused. A key for a speed
 may end in ``_kn`` and one for an angle in ``_deg``. Their values are converted to SI here, and no other module meets the suffixes.
 """
 
@@ -23,12 +23,12 @@ from scipy.constants import degree, knot
 
 from oilsim.quantity import Quantity, quantities
 from scenarios.problems import Problem, ScenarioError, suggestion
-from scenarios.schema.quantity_fields import Section
-from scenarios.schema.type_checks import Misfit, shape_of, taken
+from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
 
 SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", knot), "_deg": ("rad", degree)}
 COMPASS: Mapping[str, str] = {"heading_compass": "heading", "from_compass": "direction", "toward_compass": "direction"}
-"""Keys of compass courses, and the fields that they give; `scenarios.schema.compass` converts them."""
+"""Keys of compass courses, and the fields that they give; `scenarios.schema.parsing.compass` converts them."""
 
 
 class Refusal(ValueError):
