@@ -1,4 +1,4 @@
-"""What the criteria of a grade measure in the history of a boom: oil in %, time, speed, shape of the boom, and pulls."""
+"""The measures of the criteria of a grade, taken from the history of a boom: oil in %, time, speed, shape of the boom, and pulls."""
 
 from __future__ import annotations
 
