@@ -34,7 +34,7 @@ from scenarios.schema.liquid import (
     SphereFill,
     Tank,
 )
-from scenarios.schema.moorings import MooringSettings, mooring_problems
+from scenarios.schema.moorings import MooringSettings, TieSettings, mooring_problems, tie_problems
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
@@ -55,6 +55,7 @@ NAMED_TABLES = (
     "vessels",
     "booms",
     "moorings",
+    "ties",
     "skimmers",
     "injects",
     "criteria",
@@ -82,6 +83,7 @@ class Parts:
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
+    ties: Mapping[str, TieSettings] = field(default_factory=dict)
     skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     sea: SeaSettings | None = None
@@ -97,6 +99,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from _names(parts)
     yield from _references(parts)
     yield from mooring_problems(parts.moorings, parts.booms, parts.names)
+    yield from tie_problems(parts.ties, parts.booms, parts.names["booms"])
     yield from line_problems(parts.vessels, parts.booms)
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
@@ -200,7 +203,17 @@ def _references(parts: Parts) -> Iterator[Problem]:
     for name, probe in parts.probes.items():
         if isinstance(probe, BodyProbe) and probe.body not in bodies:
             yield Problem(f"probes.{name}.body", f"is {probe.body!r}, which {unknown(probe.body, bodies, 'body')}")
+    for name, criterion in parts.criteria.items():
+        if criterion.boom is not None and criterion.boom not in parts.names["booms"]:
+            text = unknown(criterion.boom, parts.names["booms"], "boom")
+            yield Problem(f"criteria.{name}.boom", f"is {criterion.boom!r}, which {text}")
     for name, boom in parts.booms.items():
+        others = [other for other in parts.names["booms"] if other != name]
+        for funnel in boom.fed_by:
+            if funnel not in others:
+                yield Problem(
+                    f"booms.{name}.fed_by", f"holds {funnel!r}, which {unknown(funnel, others, 'other boom')}"
+                )
         for end in boom.ends:
             if isinstance(end, str) and end not in parts.names["vessels"]:
                 yield Problem(

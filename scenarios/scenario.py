@@ -21,7 +21,7 @@ from scenarios.schema.faults import FaultSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
-from scenarios.schema.moorings import MooringSettings
+from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.recovery import SkimmerSettings
@@ -63,6 +63,7 @@ class Scenario(Section):
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
+    ties: Mapping[str, TieSettings] = field(default_factory=dict)
     skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     injects: Mapping[str, InjectSettings] = field(default_factory=dict)

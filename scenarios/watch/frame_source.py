@@ -19,6 +19,7 @@ from recordings.frame import (
 )
 from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.fleet import Fleet
+from scenarios.setup.moorings import tie_name
 from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
@@ -90,8 +91,11 @@ class FrameReader:
         return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
 
     def _moorings(self) -> dict[str, float]:
-        """Return the tension [N] of each mooring leg, and how far [m] its anchor has dragged."""
+        """Return the tension [N] of each tie and mooring leg, and how far [m] its anchor has dragged."""
         world, series = self._simulators.world, dict[str, float]()
+        if world is not None:
+            ties = [tie_name(name) for name in self._simulators.scenario.ties]
+            series |= {f"{tie}/tension": world.tension(tie) for tie in ties}
         for leg in self._simulators.fleet.legs if world is not None else ():
             assert world is not None
             line = world.lines[leg.name]
