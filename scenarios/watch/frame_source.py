@@ -19,6 +19,7 @@ from recordings.frame import (
 )
 from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.fleet import Fleet
+from scenarios.setup.moorings import tie_name
 from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
@@ -79,7 +80,7 @@ class FrameReader:
         simulators = self._simulators
         world = simulators.world
         sea = None if world is None else getattr(world.environment, "sea", None)
-        if world is None or sea is None or simulators.window is not None or simulators.scenario.run.has_particles:
+        if world is None or sea is None or simulators.windows or simulators.scenario.run.has_particles:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
         oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
@@ -90,8 +91,11 @@ class FrameReader:
         return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
 
     def _moorings(self) -> dict[str, float]:
-        """Return the tension [N] of each mooring leg, and how far [m] its anchor has dragged."""
+        """Return the tension [N] of each tie and mooring leg, and how far [m] its anchor has dragged."""
         world, series = self._simulators.world, dict[str, float]()
+        if world is not None:
+            ties = [tie_name(name) for name in self._simulators.scenario.ties]
+            series |= {f"{tie}/tension": world.tension(tie) for tie in ties}
         for leg in self._simulators.fleet.legs if world is not None else ():
             assert world is not None
             line = world.lines[leg.name]
@@ -112,9 +116,9 @@ class FrameReader:
         return outputs
 
     def _phases(self, time: float) -> Mapping[str, PhaseFrame]:
-        fluid, slick = self._simulators.fluid, self._simulators.slick
+        readings, slick = self._simulators.readings, self._simulators.slick
         frames = {
-            name: PhaseFrame(position=self._simulators.positions(name, time), id=fluid.phase_ids(name))
+            name: PhaseFrame(position=self._simulators.positions(name, time), id=readings.phase_ids(name))
             for name in self._simulators.scenario.phases
         }
         if slick is not None:  # parcels of several oils are shown as one
