@@ -40,6 +40,7 @@ class Scenario(Section):
 
     name    name of the scenario; title: one line; text: what the scenario shows, and its source
     fill    liquid at the start, in order
+    window  boxes of particles by name; in a file, one box may be the table [window] itself
     demo    changes that make a run short, nested like the file; ``oilsim run NAME --demo`` applies them
     level   "easy", "normal" or "hard"; reading a file applies the changes that `levels` has under that name
     levels  changes that make the exercise easier or harder, under ``easy`` and ``hard``, nested like the file
@@ -58,7 +59,7 @@ class Scenario(Section):
     forcing: ForcingSettings = field(default_factory=ForcingSettings)
     sea: SeaSettings | None = None
     shore: ShoreSettings | None = None
-    window: WindowTable | None = None
+    window: Mapping[str, WindowTable] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
@@ -89,5 +90,5 @@ class Scenario(Section):
         names = {table: tuple(getattr(self, table)) for table in cross_checks.NAMED_TABLES}
         fields = cross_checks.Parts.__dataclass_fields__
         parts = {name: getattr(self, name) for name in fields if name not in ("names", "given")}
-        given = frozenset(name for name, part in parts.items() if part is not None)
+        given = frozenset(name for name, part in parts.items() if part is not None and part != {})
         return cross_checks.Parts(names=names, given=given, **parts)

@@ -81,7 +81,7 @@ class FrameReader:
         simulators = self._simulators
         world = simulators.world
         sea = None if world is None else getattr(world.environment, "sea", None)
-        if world is None or sea is None or simulators.window is not None or simulators.scenario.run.has_particles:
+        if world is None or sea is None or simulators.windows or simulators.scenario.run.has_particles:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
         oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
@@ -117,9 +117,9 @@ class FrameReader:
         return outputs
 
     def _phases(self, time: float) -> Mapping[str, PhaseFrame]:
-        fluid, slick = self._simulators.fluid, self._simulators.slick
+        readings, slick = self._simulators.readings, self._simulators.slick
         frames = {
-            name: PhaseFrame(position=self._simulators.positions(name, time), id=fluid.phase_ids(name))
+            name: PhaseFrame(position=self._simulators.positions(name, time), id=readings.phase_ids(name))
             for name in self._simulators.scenario.phases
         }
         if slick is not None:  # parcels of several oils are shown as one
