@@ -43,7 +43,7 @@ class SlickLosses:
             rows = np.flatnonzero(held & (pools.volume > 0.0))
             if len(rows):
                 rates = boom.closures.rates(_drivers(pools, rows), _mean_oil(pools, rows))
-                rates[np.ix_([int(cause) for cause in UNDER_FOOT], np.flatnonzero(pools.is_sealed[rows]))] = 0.0
+                rates[np.array(UNDER_FOOT, np.int64)[:, None], np.flatnonzero(pools.is_sealed[rows])] = 0.0
                 total[:, rows] = rates * pools.length[rows]
         return {cause: total[cause] for cause in LossCause if total[cause].any()}
 
