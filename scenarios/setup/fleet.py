@@ -30,8 +30,7 @@ from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
-from scenarios.setup.at_sea.shore import grounded
-from scenarios.setup.moorings import PlacedLeg, leg_name, place_moorings, place_ties, tie_name, tied_shapes
+from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import Drive, DriveModel

@@ -21,11 +21,11 @@ from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.particle_free import load_bodies
-from scenarios.setup.at_sea.shore import beach_of, shore_solid
+from scenarios.setup.at_sea.shore import shore_solid
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
-from scenarios.setup.moorings import add_legs, tie_name
+from scenarios.setup.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
 
 Array = NDArray[np.float64]

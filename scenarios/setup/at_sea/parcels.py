@@ -25,8 +25,8 @@ from oilsim.slick.spreading.fay import joined_radius
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, SphereFill, Tank
-from scenarios.setup.at_sea.shore import beach_of
 from scenarios.setup.boom_losses import tension_of
+from scenarios.setup.moorings import beach_of
 from scenarios.setup.placed_solids import vector
 
 Array = NDArray[np.float64]

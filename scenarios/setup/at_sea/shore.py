@@ -1,4 +1,4 @@
-"""The shore of a run without particles: its ground, which bodies run into, its picture, and booms that lie on it at the start."""
+"""The shore of a run without particles as pictures show it."""
 
 from __future__ import annotations
 
@@ -6,30 +6,15 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from booms.deployment import BoomLayout, PlacedBody, lay_aground
+from booms.deployment import PlacedBody
 from coupling.bodies import mass_properties
 from coupling.participants.plan_barriers import Beach
-from scenarios.scenario import Scenario
 from scenarios.setup.placed_solids import HELD_DENSITY, Solid
 
 # [m] thickness of the ground in pictures
 THICKNESS = 0.5
 # red, green, blue, opacity of sand in pictures
 SAND = (196, 178, 138, 255)
-
-
-def beach_of(scenario: Scenario) -> Beach | None:
-    """Return the shore of a scenario; None without one."""
-    shore, sea = scenario.shore, scenario.sea
-    if shore is None or sea is None:
-        return None
-    return Beach(
-        waterline=(*shore.waterline, sea.level),
-        seaward=shore.seaward,
-        slope=shore.slope,
-        width=shore.width,
-        capacity=shore.capacity,
-    )
 
 
 def shore_solid(beach: Beach, depth: float) -> Solid:
@@ -45,9 +30,3 @@ def shore_solid(beach: Beach, depth: float) -> Solid:
         orientation=np.asarray(turn.as_quat()),
     )
     return Solid(placed=placed, motion="fixed", contact=False, wetted=False, color=SAND)
-
-
-def grounded(layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomLayout:
-    """Return a boom with the part of it that reaches over the shore lying there; water_level [m]."""
-    beach = beach_of(scenario)
-    return layout if beach is None else lay_aground(layout, beach.height, water_level)
