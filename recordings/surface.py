@@ -20,12 +20,14 @@ class SurfaceFrame:
     x (N,), y (M,)  [m] grid lines, increasing
     height (N, M)   [m] float32, in the world
     box             [m] the part in which a film is shown: x and y from, x and y to
+    is_clear        whether bodies and oil under it are seen through it, as in a tank; a sea's hides them
     """
 
     x: npt.NDArray[np.float64]
     y: npt.NDArray[np.float64]
     height: npt.NDArray[np.float32]
     box: tuple[float, float, float, float]
+    is_clear: bool = False
 
     def __post_init__(self) -> None:
         wanted = (len(self.x), len(self.y))

@@ -1,0 +1,113 @@
+"""The surface of water that consists of particles, as a height over a grid: of a tank, or of a window inside a sea by formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from oilsim.sea import Sea
+from recordings.surface import SurfaceFrame
+from scenarios.watch.sea_surface import INNER_LINES, box_around, grid_lines
+
+if TYPE_CHECKING:
+    from oilsim.window.window import Window
+
+Array = NDArray[np.float64]
+
+CELL = 2.0  # [1] width of a grid's cells, in particle spacings, where the grid needs no more than `MOST_LINES`
+MOST_LINES = 65  # [1] of a tank's grid, to each side
+WINDOW_CELLS = 32  # [1] of the grid across a window, to each side
+HALF_FULL = 0.5  # [1] part of a layer of particles from which on it lies in the water; as in a volume of fluid (Hirt and Nichols 1981)
+SOFT = 0.7  # [1] width of the smoothing in cells, which takes away the unevenness of single particles
+
+
+def tank_surface(places: Array, spacing: float, lower: Sequence[float], upper: Sequence[float]) -> SurfaceFrame:
+    """Return the clear surface of the water in a tank between two corners (3,) [m], of particles at places (N, 3) [m], `spacing` [m] apart.
+
+    The surface lies on the floor where no water is.
+    """
+    x, y = (_even_lines(lower[axis], upper[axis], spacing) for axis in (0, 1))
+    height = water_height(places, x, y, spacing)
+    smooth = gaussian_filter(np.where(np.isnan(height), lower[2], height), SOFT, mode="nearest")
+    box = (float(x[0]), float(y[0]), float(x[-1]), float(y[-1]))
+    return SurfaceFrame(x=x, y=y, height=smooth.astype(np.float32), box=box, is_clear=True)
+
+
+def window_surface(sea: Sea, time: float, places: Array, window: Window) -> SurfaceFrame:
+    """Return the surface of a sea at `time` [s] around places (N, 2) [m], with that of a window's particles in it.
+
+    The particles' surface passes into the sea's across the window's rim. Where a body takes all of a column, the sea's stands for it.
+    """
+    settings = window.settings
+    middle = np.asarray(window.rim.center, dtype=np.float64) + np.ravel(window.motion.travel(time))[:2]
+    low, high = (middle + sign * 0.5 * np.array(settings.whole_size) for sign in (-1.0, 1.0))
+    box = box_around(places)
+    x, y = (lines_with_window(box[axis], box[axis + 2], low[axis], high[axis]) for axis in (0, 1))
+    height = sea.grid_elevation(x, y, time)
+    here = np.ix_(*((lines >= low[axis] - 1e-9) & (lines <= high[axis] + 1e-9) for axis, lines in enumerate((x, y))))
+    inner_x, inner_y = (lines[np.ravel(at)] for lines, at in zip((x, y), here, strict=True))
+    own = water_height(window.places(time), inner_x, inner_y, settings.spacing) - height[here]
+    inward = [np.minimum(at - low[axis], high[axis] - at) for axis, at in enumerate((inner_x, inner_y))]
+    share = np.clip(np.minimum.outer(*inward) / settings.width, 0.0, 1.0)
+    height[here] += share * gaussian_filter(np.where(np.isnan(own), 0.0, own), SOFT, mode="nearest")
+    return SurfaceFrame(x=x, y=y, height=height.astype(np.float32), box=box)
+
+
+def water_height(places: Array, x: Array, y: Array, spacing: float) -> Array:
+    """Return the height (N, M) [m] of water of particles at places (P, 3) [m] around crossings of grid lines; NaN where no water is.
+
+    Each crossing has a column of layers, one spacing high. The surface lies in the uppermost layer that is half full: half a layer above
+    the mean height of its particles if it is full, less if it is not, and higher by the particles of the layer above. Drops above that
+    are left out.
+    """
+    edges = [np.concatenate([lines[:1], 0.5 * (lines[1:] + lines[:-1]), lines[-1:]]) for lines in (x, y)]
+    at = [np.searchsorted(edge, places[:, axis], side="right") - 1 for axis, edge in enumerate(edges)]
+    inside = (at[0] >= 0) & (at[0] < len(x)) & (at[1] >= 0) & (at[1] < len(y))
+    z = places[inside, 2]
+    if not len(z):
+        return np.full((len(x), len(y)), np.nan)
+    low = float(z.min()) - 0.5 * spacing
+    layer = ((z - low) / spacing).astype(np.int64)
+    layers = int(layer.max()) + 2
+    number = (at[0][inside] * len(y) + at[1][inside]) * layers + layer
+    size = len(x) * len(y) * layers
+    shape = (len(x), len(y), layers)
+    counts = np.bincount(number, minlength=size).reshape(shape)
+    means = np.bincount(number, weights=z, minlength=size).reshape(shape) / np.maximum(counts, 1)
+    full = np.multiply.outer(np.diff(edges[0]), np.diff(edges[1]))[..., None] / spacing**2
+    part = np.minimum(counts / full, 1.0)
+    top = layers - 1 - np.argmax(part[..., ::-1] >= HALF_FULL, axis=-1)[..., None]
+
+    def taken(values: Array, layer: NDArray[np.int64]) -> Array:
+        return np.asarray(np.take_along_axis(values, layer, axis=-1)[..., 0])
+
+    above = np.where(top[..., 0] < layers - 1, taken(part, np.minimum(top + 1, layers - 1)), 0.0)
+    height = taken(means, top) + spacing * (0.5 * taken(part, top) + above)
+    return np.where((part >= HALF_FULL).any(axis=-1), height, np.nan)
+
+
+def lines_with_window(low: float, high: float, window_low: float, window_high: float) -> Array:
+    """Return as many grid lines [m] as ever: `WINDOW_CELLS` cells across the window, others in the box around it, coarse ones beyond.
+
+    A window that reaches beyond the box from `low` to `high` [m] makes the box larger.
+    """
+    least = (window_high - window_low) / WINDOW_CELLS
+    low, high = min(low, window_low - least), max(high, window_high + least)
+    rest = INNER_LINES - 1
+    before = int(np.clip(round(rest * (window_low - low) / (window_low - low + high - window_high)), 1, rest - 1))
+    inner = [
+        np.linspace(low, window_low, before + 1)[:-1],
+        np.linspace(window_low, window_high, WINDOW_CELLS + 1),
+        np.linspace(window_high, high, rest - before + 1)[1:],
+    ]
+    outer = grid_lines(low, high)
+    return np.concatenate([outer[outer < low], *inner, outer[outer > high]])
+
+
+def _even_lines(low: float, high: float, spacing: float) -> Array:
+    cells = int(np.clip(round((high - low) / (CELL * spacing)), 1, MOST_LINES - 1))
+    return np.linspace(low, high, cells + 1)
