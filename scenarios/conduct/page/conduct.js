@@ -35,8 +35,10 @@ const on = {
     at("notice").hidden = true;
   },
   session(message) {
-    const isNew = message.run !== conduct.session?.run;
+    const before = conduct.session, isNew = message.run !== before?.run;
     conduct.session = message;
+    if (message.run === 1 && message.phase === "building") notice("The run is being built. The first one on a machine is compiled, which takes some minutes.", false, 0);
+    else if (message.run === 1 && before?.phase === "building") notice("");
     at("tab-debrief").hidden = !message.debriefs.length;
     if (isNew) select("plan");
     phase();
@@ -209,7 +211,7 @@ at("password").addEventListener("close", () => link.retry(at("password-text").va
 // The 3-D view takes the keyboard when it begins; a page whose keys waited for the view to draw would be late, so it takes them back.
 addEventListener("blur", () => {
   const frame = document.activeElement;
-  if (frame === at("view-scene").firstChild && !frame.matches(":hover")) frame.blur();
+  if (frame === at("view-scene").firstChild && !frame.matches(":hover")) { frame.blur(); focus(); }
 });
 
 // A button that a pointer has pressed gives the keyboard back to the page.
