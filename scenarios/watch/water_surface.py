@@ -22,19 +22,23 @@ CELL = 2.0  # [1] width of a grid's cells, in particle spacings, where the grid 
 MOST_LINES = 65  # [1] of a tank's grid, to each side
 WINDOW_CELLS = 32  # [1] of the grid across a window, to each side
 HALF_FULL = 0.5  # [1] part of a layer of particles from which on it lies in the water; as in a volume of fluid (Hirt and Nichols 1981)
+SIDE = 1e-4  # [1] offset of a side's foot, in widths of the tank: nothing, but a grid's lines must differ
 SOFT = 0.7  # [1] width of the smoothing in cells, which takes away the unevenness of single particles
 
 
 def tank_surface(places: Array, spacing: float, lower: Sequence[float], upper: Sequence[float]) -> SurfaceFrame:
     """Return the clear surface of the water in a tank between two corners (3,) [m], of particles at places (N, 3) [m], `spacing` [m] apart.
 
-    The surface lies on the floor where no water is.
+    The surface lies on the floor where no water is. The outermost lines lie there, too: the water has sides down to the floor.
     """
     x, y = (_even_lines(lower[axis], upper[axis], spacing) for axis in (0, 1))
     height = water_height(places, x, y, spacing)
     smooth = gaussian_filter(np.where(np.isnan(height), lower[2], height), SOFT, mode="nearest")
     box = (float(x[0]), float(y[0]), float(x[-1]), float(y[-1]))
-    return SurfaceFrame(x=x, y=y, height=smooth.astype(np.float32), box=box, is_clear=True)
+    with_sides = np.pad(smooth, 1, constant_values=lower[2])
+    return SurfaceFrame(
+        x=_with_sides(x), y=_with_sides(y), height=with_sides.astype(np.float32), box=box, is_clear=True
+    )
 
 
 def window_surface(sea: Sea, time: float, places: Array, window: Window) -> SurfaceFrame:
@@ -111,3 +115,9 @@ def lines_with_window(low: float, high: float, window_low: float, window_high: f
 def _even_lines(low: float, high: float, spacing: float) -> Array:
     cells = int(np.clip(round((high - low) / (CELL * spacing)), 1, MOST_LINES - 1))
     return np.linspace(low, high, cells + 1)
+
+
+def _with_sides(lines: Array) -> Array:
+    """Return grid lines [m] with one more beside the first and the last."""
+    offset = SIDE * (lines[-1] - lines[0])
+    return np.concatenate([[lines[0] - offset], lines, [lines[-1] + offset]])

@@ -23,6 +23,8 @@ function setTime(seconds, state) {
 
 function say(text) { words.textContent = text; words.hidden = !text; }
 
+console.debug = () => {}; // the viewer would tell each step of its compiler of shaders, tens of thousands of lines
+
 async function begin() {
   await wasm_bindgen({ module_or_path: "/viewer/re_viewer_bg.wasm" });
   const panels = { top: "Hidden", blueprint: "Hidden", selection: "Hidden", time: "Hidden" };
