@@ -209,10 +209,11 @@ at("tab-debrief").addEventListener("click", () => openDebriefs(conduct.session.d
 at("password").addEventListener("close", () => link.retry(at("password-text").value));
 
 // The 3-D view takes the keyboard when it begins; a page whose keys waited for the view to draw would be late, so it takes them back.
-addEventListener("blur", () => {
-  const frame = document.activeElement;
-  if (frame === at("view-scene").firstChild && !frame.matches(":hover")) { frame.blur(); focus(); }
-});
+function takeKeysBack() {
+  const frame = at("view-scene").firstChild;
+  if (frame && document.activeElement === frame && !frame.matches(":hover")) { frame.blur(); focus(); }
+}
+addEventListener("blur", () => setTimeout(takeKeysBack)); // the frame has the focus only after this event
 
 // A button that a pointer has pressed gives the keyboard back to the page.
 document.addEventListener("click", (event) => { if (event.detail > 0) event.target.closest?.("button")?.blur(); });
@@ -242,6 +243,6 @@ timeline.onLook = moveScene;
 addEventListener("message", (event) => {
   const frame = at("view-scene").firstChild;
   if (!frame || event.source !== frame.contentWindow || event.origin !== new URL(frame.src).origin) return;
-  if (event.data === "scene" && timeline.past !== null) moveScene();
+  if (event.data === "scene") { takeKeysBack(); if (timeline.past !== null) moveScene(); }
   if (event.data.key) press(event.data.key);
 });
