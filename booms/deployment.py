@@ -193,6 +193,20 @@ def _hanging(middle: Array, parameter: float, along: float) -> Array:
     return np.asarray(np.arctan((middle - apex) / parameter))
 
 
+def line_in_stream(boom: Boom, start: tuple[float, float], end: tuple[float, float], stream: float) -> Array:
+    """Return the joints (segment_count + 1, 2) [m] of a boom that hangs from `start` to `end` [m] in a stream to `stream` [rad].
+
+    Raises ValueError for ends that no such boom has (see `stream_chain`).
+    """
+    down = np.array([math.cos(stream), math.sin(stream)])
+    way = (np.array(end) - np.array(start)) / boom.length
+    along = float(way @ down)
+    aside = way - along * down
+    across = float(np.linalg.norm(aside))
+    chain = boom.length * stream_chain(boom.segment_count, across, along)
+    return np.asarray(np.array(start) + chain[:, :1] * (aside / max(across, 1e-12)) + chain[:, 1:] * down)
+
+
 def lay_in_stream(
     boom: Boom,
     start: tuple[float, float],
@@ -206,13 +220,11 @@ def lay_in_stream(
 
     Raises ValueError for ends that no such boom has (see `stream_chain`), or so near that neighbours turn beyond `Boom.maximum_turn`.
     """
-    down = np.array([math.cos(stream), math.sin(stream)])
-    way = (np.array(end) - np.array(start)) / boom.length
-    along = float(way @ down)
-    aside = way - along * down
-    across = float(np.linalg.norm(aside))
-    chain = boom.length * stream_chain(boom.segment_count, across, along)
-    line = np.array(start) + chain[:, :1] * (aside / max(across, 1e-12)) + chain[:, 1:] * down
+    return _layout(boom, line_in_stream(boom, start, end, stream), water_level, name)
+
+
+def lay_along(boom: Boom, line: Array, *, water_level: float, name: str = "boom") -> BoomLayout:
+    """Lay a boom along a line of joints (segment_count + 1, 2) [m]; ValueError where neighbours turn beyond `Boom.maximum_turn`."""
     return _layout(boom, line, water_level, name)
 
 

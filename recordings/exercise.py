@@ -25,8 +25,9 @@ class BoomDescription:
     joint_points     both ends of a segment in its own frame [m]
     full_tension     [N] at which the colour scale of the boom ends: the bollard pull of the vessels that tow it, or the tension of a
                      boom between fixed ends by formula at 0.7 knots
-    deployment       kind of exercise: "sweep", "containment", "exclusion" or "diversion"
+    deployment       kind of exercise: "sweep", "funnel", "containment", "exclusion" or "diversion"
     blockage         part [-] of the water's section that the boom, and what tows it, fill across their way; 0 if it was not recorded
+    fed_by           names of the funnels whose oil it is to meet
     """
 
     name: str
@@ -40,6 +41,7 @@ class BoomDescription:
     full_tension: float
     deployment: str = "sweep"
     blockage: float = 0.0
+    fed_by: tuple[str, ...] = ()
 
     @property
     def apex(self) -> str:

@@ -137,6 +137,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("booms.NAME.bridle", (exercise.BridleSettings,)),
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
+    ("ties.NAME", (moorings.TieSettings,)),
     ("skimmers.NAME", (recovery.SkimmerSettings,)),
     ("injects.NAME", (injects.InjectSettings,)),
     ("injects.NAME.when", (injects.ConditionSettings,)),

@@ -274,9 +274,10 @@ class BoomSettings(Section):
                         the side to which the current drives a boom between fixed points, else the right
     stream              [rad] direction to which the water runs past the ends at the start (current less way made); the boom then starts in
                         the shape that it takes in this stream, also between ends that are not abreast (J, diversion)
-    deployment          how the debrief grades it: "sweep" meets and holds oil under way, "containment" holds it between moorings,
-                        "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
-                        an end, else a containment
+    deployment          how the debrief grades it: "sweep" meets and holds oil under way, "funnel" hands it at its free end to a boom that
+                        follows, "containment" holds it between moorings, "exclusion" keeps oil out of `area`, "diversion" leads oil into
+                        `area`; the default is a sweep if a vessel holds an end, else a containment
+    fed_by              names of the funnels whose oil the boom is to meet
     area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
     berth               (x, y) [m] to which the crew brings the second end; the debrief tells when it lies there
     parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
@@ -304,6 +305,7 @@ class BoomSettings(Section):
     bulge: Literal["left", "right"] | None = None
     stream: float | None = quantity("rad", default=None)
     deployment: Deployment | None = None
+    fed_by: tuple[str, ...] = ()
     area: tuple[Point2, ...] = quantity("m", default=())
     berth: Point2 | None = quantity("m", default=None)
 

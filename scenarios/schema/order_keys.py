@@ -23,6 +23,7 @@ ORDER_KEYS = (
     "moorings.*.parted",
     "moorings.*.hauled",
     "moorings.*.holding",
+    "ties.*.parted",
     "skimmers.*.running",
     "skimmers.*.nameplate",
     "skimmers.*.storage",

@@ -24,7 +24,7 @@ from scenarios.setup.at_sea.particle_free import load_bodies
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
-from scenarios.setup.moorings import add_legs
+from scenarios.setup.moorings import add_legs, tie_name
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
 
 Array = NDArray[np.float64]
@@ -181,6 +181,9 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
         for joint_number in boom.parted if name in fleet.booms else ():
             world.part_joint(joint_name(name, joint_number))
     _add_lines(world, fleet, problems)
+    for name, tie in scenario.ties.items():
+        if tie.parted and tie_name(name) in world.lines.names:
+            world.part_line(tie_name(name))
     add_legs(world, fleet.legs, problems)
     problems += _overlaps(world, scenario.fluid.particle_spacing)
     return world
@@ -203,7 +206,9 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
             else:
                 world.add_line(line.name, line.body_a, line.body_b, (first, second), length=line.length, **rope)
         except ValueError as error:
-            problems.append(Problem(f"booms.{line.name.split('/')[1]}.line_stiffness", f"cannot be used: {error}"))
+            kind, name = line.name.split("/")[:2]
+            key = f"ties.{name}.stiffness" if kind == "ties" else f"booms.{name}.line_stiffness"
+            problems.append(Problem(key, f"cannot be used: {error}"))
 
 
 def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:

@@ -19,6 +19,7 @@ from recordings.frame import (
 )
 from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.fleet import Fleet
+from scenarios.setup.moorings import tie_name
 from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
@@ -26,7 +27,7 @@ from scenarios.watch.run_accounts import RunAccounts
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
-from scenarios.watch.water_surface import tank_surface, window_surface
+from scenarios.watch.water_surface import sea_with_windows, tank_surface
 
 Array = NDArray[np.float64]
 
@@ -89,9 +90,10 @@ class FrameReader:
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
         oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
         around = np.concatenate([places, *oil])
-        if simulators.window is None or simulators.window.settings.dimension < SPATIAL:
+        windows = [window for window in simulators.windows if window.settings.dimension == SPATIAL]
+        if not windows:
             return self._sea_surface.frame(sea, time, around)
-        return window_surface(sea, time, around, simulators.window)
+        return sea_with_windows(sea, time, around, windows)
 
     def _tank_surface(self, time: float) -> SurfaceFrame | None:
         """Return the surface of the particles of all liquids but oil; None without any, in a slice, and where gravity is not downwards."""
@@ -108,8 +110,11 @@ class FrameReader:
         return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
 
     def _moorings(self) -> dict[str, float]:
-        """Return the tension [N] of each mooring leg, and how far [m] its anchor has dragged."""
+        """Return the tension [N] of each tie and mooring leg, and how far [m] its anchor has dragged."""
         world, series = self._simulators.world, dict[str, float]()
+        if world is not None:
+            ties = [tie_name(name) for name in self._simulators.scenario.ties]
+            series |= {f"{tie}/tension": world.tension(tie) for tie in ties}
         for leg in self._simulators.fleet.legs if world is not None else ():
             assert world is not None
             line = world.lines[leg.name]
@@ -130,9 +135,9 @@ class FrameReader:
         return outputs
 
     def _phases(self, time: float) -> Mapping[str, PhaseFrame]:
-        fluid, slick = self._simulators.fluid, self._simulators.slick
+        readings, slick = self._simulators.readings, self._simulators.slick
         frames = {
-            name: PhaseFrame(position=self._simulators.positions(name, time), id=fluid.phase_ids(name))
+            name: PhaseFrame(position=self._simulators.positions(name, time), id=readings.phase_ids(name))
             for name in self._simulators.scenario.phases
         }
         if slick is not None:  # parcels of several oils are shown as one

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import gaussian_filter
 
 from oilsim.sea import Sea
 from recordings.surface import SurfaceFrame
-from scenarios.watch.sea_surface import INNER_LINES, box_around, grid_lines
+from scenarios.watch.sea_surface import INNER_LINES, OUTER_LINES, box_around, grid_lines
 
 if TYPE_CHECKING:
     from oilsim.window.window import Window
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 
 CELL = 2.0  # [1] width of a grid's cells, in particle spacings, where the grid needs no more than `MOST_LINES`
 MOST_LINES = 65  # [1] of a tank's grid, to each side
-WINDOW_CELLS = 32  # [1] of the grid across a window, to each side
+WINDOW_CELLS = 32  # [1] of the grid across a window, to each side, besides those of the sea
 HALF_FULL = 0.5  # [1] part of a layer of particles from which on it lies in the water; as in a volume of fluid (Hirt and Nichols 1981)
 SIDE = 1e-4  # [1] offset of a side's foot, in widths of the tank: nothing, but a grid's lines must differ
 SOFT = 0.7  # [1] width of the smoothing in cells, which takes away the unevenness of single particles
@@ -41,24 +42,40 @@ def tank_surface(places: Array, spacing: float, lower: Sequence[float], upper: S
     )
 
 
-def window_surface(sea: Sea, time: float, places: Array, window: Window) -> SurfaceFrame:
-    """Return the surface of a sea at `time` [s] around places (N, 2) [m], with that of a window's particles in it.
-
-    The particles' surface passes into the sea's across the window's rim. Where a body takes all of a column, the sea's stands for it.
-    """
-    settings = window.settings
-    middle = np.asarray(window.rim.center, dtype=np.float64) + np.ravel(window.motion.travel(time))[:2]
-    low, high = (middle + sign * 0.5 * np.array(settings.whole_size) for sign in (-1.0, 1.0))
+def sea_with_windows(sea: Sea, time: float, places: Array, windows: Sequence[Window]) -> SurfaceFrame:
+    """Return the surface of a sea at `time` [s] around places (N, 2) [m], with those of the windows' particles in it."""
+    corners = [_corners(window, time) for window in windows]
     box = box_around(places)
-    x, y = (lines_with_window(box[axis], box[axis + 2], low[axis], high[axis]) for axis in (0, 1))
+    x, y = (
+        lines_with_windows(box[axis], box[axis + 2], [(low[axis], high[axis]) for low, high in corners])
+        for axis in (0, 1)
+    )
     height = sea.grid_elevation(x, y, time)
-    here = np.ix_(*((lines >= low[axis] - 1e-9) & (lines <= high[axis] + 1e-9) for axis, lines in enumerate((x, y))))
-    inner_x, inner_y = (lines[np.ravel(at)] for lines, at in zip((x, y), here, strict=True))
-    own = water_height(window.places(time), inner_x, inner_y, settings.spacing) - height[here]
-    inward = [np.minimum(at - low[axis], high[axis] - at) for axis, at in enumerate((inner_x, inner_y))]
-    share = np.clip(np.minimum.outer(*inward) / settings.width, 0.0, 1.0)
-    height[here] += share * gaussian_filter(np.where(np.isnan(own), 0.0, own), SOFT, mode="nearest")
+    crossings = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+    for window, (low, high) in zip(windows, corners, strict=True):
+        height += _raised(sea, time, window, low, high)(crossings)
     return SurfaceFrame(x=x, y=y, height=height.astype(np.float32), box=box)
+
+
+def _corners(window: Window, time: float) -> tuple[Array, Array]:
+    """Return the lower and the upper corner (2,) [m] of a window at `time` [s], where its water is now."""
+    middle = np.asarray(window.rim.center, dtype=np.float64) + np.ravel(window.motion.travel(time))[:2]
+    half = 0.5 * np.array(window.settings.whole_size)
+    return middle - half, middle + half
+
+
+def _raised(sea: Sea, time: float, window: Window, low: Array, high: Array) -> RegularGridInterpolator:
+    """Return how far [m] the water of a window between two corners (2,) [m] stands above the sea, as a function of places; 0 outside.
+
+    The one passes into the other across the window's rim. Where a body takes all of a column, the sea's stands for it.
+    """
+    spacing = window.settings.spacing
+    x, y = (_even_lines(low[axis], high[axis], spacing) for axis in (0, 1))
+    own = water_height(window.places(time), x, y, spacing) - sea.grid_elevation(x, y, time)
+    inward = [np.minimum(at - at[0], at[-1] - at) for at in (x, y)]
+    share = np.clip(np.minimum.outer(*inward) / window.settings.width, 0.0, 1.0)
+    smooth = share * gaussian_filter(np.where(np.isnan(own), 0.0, own), SOFT, mode="nearest")
+    return RegularGridInterpolator((x, y), smooth, bounds_error=False, fill_value=0.0)
 
 
 def water_height(places: Array, x: Array, y: Array, spacing: float) -> Array:
@@ -94,22 +111,21 @@ def water_height(places: Array, x: Array, y: Array, spacing: float) -> Array:
     return np.where((part >= HALF_FULL).any(axis=-1), height, np.nan)
 
 
-def lines_with_window(low: float, high: float, window_low: float, window_high: float) -> Array:
-    """Return as many grid lines [m] as ever: `WINDOW_CELLS` cells across the window, others in the box around it, coarse ones beyond.
+def lines_with_windows(low: float, high: float, windows: Sequence[tuple[float, float]]) -> Array:
+    """Return grid lines [m], always as many: those of the box from `low` to `high` [m], with `WINDOW_CELLS` cells more across each window.
 
-    A window that reaches beyond the box from `low` to `high` [m] makes the box larger.
+    A window that reaches beyond the box makes it larger.
     """
-    least = (window_high - window_low) / WINDOW_CELLS
-    low, high = min(low, window_low - least), max(high, window_high + least)
-    rest = INNER_LINES - 1
-    before = int(np.clip(round(rest * (window_low - low) / (window_low - low + high - window_high)), 1, rest - 1))
-    inner = [
-        np.linspace(low, window_low, before + 1)[:-1],
-        np.linspace(window_low, window_high, WINDOW_CELLS + 1),
-        np.linspace(window_high, high, rest - before + 1)[1:],
-    ]
+    low, high = min(low, *(one for one, _ in windows)), max(high, *(one for _, one in windows))
+    ends = np.unique([low, high, *np.ravel(windows)])
+    middle = 0.5 * (ends[1:] + ends[:-1])
+    density = np.full(len(middle), (INNER_LINES - 1) / (high - low))  # [1/m] of cells
+    for first, last in windows:
+        density += np.where((middle > first) & (middle < last), WINDOW_CELLS / (last - first), 0.0)
+    before = np.concatenate([[0.0], np.cumsum(density * np.diff(ends))])
+    inner = np.interp(np.linspace(0.0, before[-1], INNER_LINES + WINDOW_CELLS * len(windows)), before, ends)
     outer = grid_lines(low, high)
-    return np.concatenate([outer[outer < low], *inner, outer[outer > high]])
+    return np.concatenate([outer[:OUTER_LINES], inner, outer[-OUTER_LINES:]])
 
 
 def _even_lines(low: float, high: float, spacing: float) -> Array:

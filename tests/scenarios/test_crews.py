@@ -36,6 +36,21 @@ CREWS = {
         boom="main",
         missed="speed",
     ),
+    "v-sweep": Crews(
+        good=(),
+        bad=("injects.hurries={at=40.0, orders=['tow.speed_kn=0.7'], text='The crew hurries'}",),
+        boom="main",
+        missed="speed",
+    ),
+    "open-apex-follow": Crews(
+        good=(),
+        bad=(
+            "injects.strays={at=10.0, orders=['vessels.follower.legs=[{speed_kn=0.2, heading_deg=25.0}]',"
+            " 'vessels.outrigger.legs=[{speed_kn=0.2, heading_deg=25.0}]'], text='The sweep strays from behind the opening'}",
+        ),
+        boom="pocket",
+        missed="fed",
+    ),
     "anchored-containment": Crews(
         good=(),
         bad=(
@@ -102,5 +117,5 @@ def test_every_crew_and_level_is_a_sound_exercise(name: str) -> None:
 def test_every_exercise_has_goal_brief_and_notes() -> None:
     exercises = [load_scenario(name).scenario.exercise for name in library_paths()]
     found = [one for one in exercises if one is not None]
-    assert len(found) >= 9
+    assert len(found) >= 11
     assert all(one.goal.strip() and one.brief.strip() and one.notes.strip() for one in found)

@@ -41,6 +41,7 @@ SPACINGS = {
     "harbour-1km": 0.25,
     "inlet-exclusion": 0.25,
     "j-sweep-skimmer": 0.25,
+    "open-apex-follow": 0.25,
     "river-diversion-cascade": 0.25,
     "rock-coating": 0.03,
     "still-column": 0.1,
@@ -48,6 +49,7 @@ SPACINGS = {
     "tow-speed-ramp": 0.125,
     "two-layer": 0.1,
     "u-sweep": 0.125,
+    "v-sweep": 0.25,
     "wave-flume": 0.1,
     "wind-drift": 0.2,
 }

@@ -10,7 +10,7 @@ from oilsim.sea import RegularWaves, Sea, SeaDescription
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window
 from scenarios.watch.sea_surface import INNER_LINES, OUTER_LINES
-from scenarios.watch.water_surface import WINDOW_CELLS, lines_with_window, tank_surface, water_height, window_surface
+from scenarios.watch.water_surface import WINDOW_CELLS, lines_with_windows, sea_with_windows, tank_surface, water_height
 
 SPACING = 0.05
 
@@ -51,13 +51,18 @@ def test_a_dry_floor_is_shown_and_drops_are_left_out():
     assert height[x < 0.2] == pytest.approx(0.5, abs=0.02 * SPACING)
 
 
-@pytest.mark.parametrize("window", [(-8.0, 8.0), (90.0, 106.0), (-70.0, 110.0)])
-def test_the_grid_is_fine_across_a_window_and_has_as_many_lines_wherever_it_is(window: tuple[float, float]):
-    lines = lines_with_window(-60.0, 100.0, *window)
-    assert len(lines) == INNER_LINES + 2 * OUTER_LINES + WINDOW_CELLS
-    assert (np.diff(lines) > 0.0).all()
-    inside = lines[(lines >= window[0] - 1e-9) & (lines <= window[1] + 1e-9)]
-    assert np.diff(inside) == pytest.approx((window[1] - window[0]) / WINDOW_CELLS)
+@pytest.mark.parametrize(
+    "windows",
+    [[(-8.0, 8.0)], [(90.0, 106.0)], [(-70.0, 110.0)], [(-8.0, 8.0), (0.0, 16.0)], [(-8.0, 8.0), (60.0, 70.0)]],
+)
+def test_the_grid_is_fine_across_windows_and_has_as_many_lines_wherever_they_are(windows: list[tuple[float, float]]):
+    lines = lines_with_windows(-60.0, 100.0, windows)
+    assert len(lines) == INNER_LINES + 2 * OUTER_LINES + WINDOW_CELLS * len(windows)
+    steps = np.diff(lines)
+    assert (steps > 0.0).all()
+    for low, high in windows:
+        inside = (lines[1:] > low) & (lines[:-1] < high)
+        assert steps[inside][1:-1].max() <= (high - low) / WINDOW_CELLS + 1e-9
 
 
 def test_a_window_shows_its_own_water_in_the_sea():
@@ -69,7 +74,7 @@ def test_a_window_shows_its_own_water_in_the_sea():
     around = np.array([[-20.0, -20.0], [20.0, 20.0]])
 
     def difference() -> np.ndarray:
-        surface = window_surface(sea, 1.0, around, window)
+        surface = sea_with_windows(sea, 1.0, around, [window])
         return surface.height - sea.grid_elevation(surface.x, surface.y, 1.0)
 
     assert np.abs(difference()).max() < 0.1 * 0.25
