@@ -112,9 +112,9 @@ def water_height(places: Array, x: Array, y: Array, spacing: float) -> Array:
 
 
 def lines_with_windows(low: float, high: float, windows: Sequence[tuple[float, float]]) -> Array:
-    """Return grid lines [m], always as many: those of the box from `low` to `high` [m], with `WINDOW_CELLS` cells more across each window.
+    """Return grid lines (N,) [m]: those of the box from `low` to `high` [m], with `WINDOW_CELLS` cells more across each window.
 
-    A window that reaches beyond the box makes it larger.
+    Their number does not depend on places. A window that reaches beyond the box makes it larger.
     """
     low, high = min(low, *(one for one, _ in windows)), max(high, *(one for _, one in windows))
     ends = np.unique([low, high, *np.ravel(windows)])
