@@ -24,6 +24,7 @@ from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.sea_edge import rise_of
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
@@ -142,7 +143,9 @@ class FrameReader:
         }
         if slick is not None:  # parcels of several oils are shown as one
             oil = next(name for name, phase in self._simulators.scenario.phases.items() if phase.is_oil)
-            frames[oil] = phase_of(slick, self._simulators.level, time)
+            world = self._simulators.world
+            level = self._simulators.level + (0.0 if world is None else rise_of(world, time))
+            frames[oil] = phase_of(slick, level, time)
         return frames
 
     def _body(self, solid: Solid) -> BodyFrame:
