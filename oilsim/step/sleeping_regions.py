@@ -1,6 +1,6 @@
 """Regions of still water fall asleep: their particles keep place and pressure, and cost nothing.
 
-The domain is cut into regions two supports wide. A region is loud while the particles awake in it move at more than the sleep speed (root
+The domain is cut into regions one support wide. A region is loud while the particles awake in it move at more than the sleep speed (root
 mean square), while a moving body is in it, or right after liquid was added. It falls asleep once it and all regions around it have been
 quiet for SETTLED units of time, and wakes when a region around it is loud. So at least one region of water that is awake and still lies
 between sleeping and moving water, and its motion announces a wave before it arrives.
@@ -29,8 +29,8 @@ from oilsim.state import FluidState
 
 Flags = NDArray[np.bool_]
 
-# [supports] across a region; theory; wider than any step and any neighbourhood
-WIDTH = 2.0
+# [supports] across a region; theory; no step and no neighbourhood is wider
+WIDTH = 1.0
 # [t_u] for which a region and those around it must be quiet before it sleeps; numerical; not on record
 SETTLED = 10.0
 
@@ -142,7 +142,9 @@ class SleepingRegions:
 
     def _part(self, state: FluidState) -> Parting:
         """Divide the particles into awake ones, sleeping ones beside awake regions, and the others, and stop those that sleep."""
-        bordering = self._asleep & with_surroundings(~self._asleep, self._periodic)
+        awake = ~self._asleep
+        near = with_surroundings(with_surroundings(awake, self._periodic), self._periodic)
+        bordering = self._asleep & near  # those beside awake water see all their own neighbours too
         rank = (2 * self._asleep - bordering).astype(np.uint32).ravel()
         self._parted = self._asleep
         order, start = np.empty(state.count, np.uint32), np.empty(4, np.uint32)
