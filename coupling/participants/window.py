@@ -131,7 +131,9 @@ class WindowParticipant(FluidParticipant):
         self.water_moved = {"out": 0, "back": 0}  # particles
         self._bodies, self._target = dict(bodies), target
         self._offsets = np.array([gauss_points(body.surface.position) for body in bodies.values()]).reshape(-1, 4, 3)
-        self._reach = np.linalg.norm(self._offsets, axis=2).max(1, initial=0.0)  # [m] of those points from the bodies' middles
+        self._reach = np.linalg.norm(self._offsets, axis=2).max(
+            1, initial=0.0
+        )  # [m] of those points from the bodies' middles
         self._handles: dict[str, int] = {}
         self._steady = np.zeros((len(bodies), 6))  # the same, smoothed over some steps
         self._last = np.zeros(
@@ -181,7 +183,9 @@ class WindowParticipant(FluidParticipant):
         whole = LocalMotion(
             np.zeros((count, 3)), np.zeros((count, 6)), np.tile(np.eye(3), (count, 1, 1)), np.tile(far, (count, 4, 1))
         )
-        for every, part in zip(whole, local_motion(self.window.motion, place[near], offsets, time + ahead), strict=True):
+        for every, part in zip(
+            whole, local_motion(self.window.motion, place[near], offsets, time + ahead), strict=True
+        ):
             every[near] = part
         return whole
 

@@ -142,9 +142,8 @@ class SleepingRegions:
 
     def _part(self, state: FluidState) -> Parting:
         """Divide the particles into awake ones, sleeping ones beside awake regions, and the others, and stop those that sleep."""
-        awake = ~self._asleep
-        near = with_surroundings(with_surroundings(awake, self._periodic), self._periodic)
-        bordering = self._asleep & near  # those beside awake water see all their own neighbours too
+        near = with_surroundings(with_surroundings(~self._asleep, self._periodic), self._periodic)
+        bordering = self._asleep & near  # two rings: those beside awake water see all their own neighbours too
         rank = (2 * self._asleep - bordering).astype(np.uint32).ravel()
         self._parted = self._asleep
         order, start = np.empty(state.count, np.uint32), np.empty(4, np.uint32)

@@ -87,9 +87,7 @@ def _pack(builder: Any, chosen: Any, near: Any, place: Any) -> Any:
         packed = call(builder, "x86.avx2.permd", INDICES.llvm, chosen, order)
     else:
         nothing = ir.Constant(INDICES.llvm, ir.Undefined)
-        packed = call(
-            builder, f"experimental.vector.compress.{INDICES.suffix}", INDICES.llvm, chosen, near, nothing
-        )
+        packed = call(builder, f"experimental.vector.compress.{INDICES.suffix}", INDICES.llvm, chosen, near, nothing)
     builder.store(packed, builder.bitcast(place, INDICES.llvm.as_pointer()), align=4)
     return builder.zext(builder.ctpop(bits), LONG)
 
