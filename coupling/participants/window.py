@@ -114,6 +114,7 @@ class SharedEnvironment:
     def __init__(self, environment: Environment, names: tuple[str, ...], shares: KnownShares) -> None:
         self.environment, self._shares = environment, shares
         self._rows = np.array([shares.names.index(name) for name in names], int)
+        self.sea = getattr(environment, "sea", None)  # whom helmsmen and pictures ask for current and surface
 
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
         """Return the loads on all bodies; time [s], pose (B, 7) [m, 1], twist (B, 6) [m/s, rad/s]."""

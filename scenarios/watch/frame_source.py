@@ -76,11 +76,11 @@ class FrameReader:
         )
 
     def _surface(self, time: float) -> SurfaceFrame | None:
-        """Return the surface of the sea at `time` [s]; None in a run with particles, or without a sea by formulas."""
+        """Return the surface of the sea at `time` [s]; None in a run with particles everywhere, or without a sea by formulas."""
         simulators = self._simulators
         world = simulators.world
         sea = None if world is None else getattr(world.environment, "sea", None)
-        if world is None or sea is None or simulators.windows or simulators.scenario.run.has_particles:
+        if world is None or sea is None or simulators.scenario.run.has_particles:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
         oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
