@@ -39,7 +39,7 @@ from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
-from scenarios.schema.sea import SeaSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 from scenarios.schema.window import WindowTable, window_place
 
@@ -87,6 +87,7 @@ class Parts:
     skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     sea: SeaSettings | None = None
+    shore: ShoreSettings | None = None
     injects: Mapping[str, InjectSettings] = field(default_factory=dict)
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
@@ -111,6 +112,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
     yield from _skimmers(parts)
+    yield from _shore(parts)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
@@ -356,6 +358,16 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
     yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
     if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
         yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
+
+
+def _shore(parts: Parts) -> Iterator[Problem]:
+    """Check that a shore and a tide have a run that feels them, and that no body has the shore's name."""
+    tide = parts.sea is not None and parts.sea.tide is not None
+    for path, given in (("shore", parts.shore is not None), ("sea.tide", tide)):
+        if given and parts.run is not None and (parts.run.detail != "none" or "sea" not in parts.given):
+            yield Problem(path, 'is given, allowed: with run.detail = "none" and a [sea]')
+    if parts.shore is not None and "shore" in parts.names["bodies"]:
+        yield Problem("bodies.shore", "has the name of the [shore], allowed: another name")
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

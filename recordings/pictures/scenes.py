@@ -80,10 +80,11 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
             canvas.spheres(moment.positions[phase.name], _OIL_RADIUS * run.particle_spacing, color)
     for cause, positions in moment.lost.items():
         canvas.spheres(positions, _LOST_RADIUS * run.particle_spacing, palette.cause_color(cause))
-    if moment.sea is not None:
+    hides_water = moment.sea is not None and not moment.sea.surface.is_clear
+    if moment.sea is not None and hides_water:
         canvas.sea(moment.sea.surface, moment.sea.image, palette.SEA)
     for index, phase in clear:
-        if len(moment.positions.get(phase.name, ())):
+        if len(moment.positions.get(phase.name, ())) and not hides_water:
             color = palette.phase_color(phase, index)
             canvas.water(moment.positions[phase.name], run.particle_spacing, color, _CLEAR_DEPTHS * depth)
     return canvas.image

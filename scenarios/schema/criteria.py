@@ -21,7 +21,7 @@ LIMITS: Mapping[str, tuple[float, float, float]] = {
     "held": (95.0, 80.0, 3.0),
     "encountered": (90.0, 60.0, 2.0),
     "fed": (90.0, 60.0, 3.0),
-    "passed_on": (80.0, 50.0, 3.0),
+    "passed_on": (70.0, 40.0, 3.0),
     "clean": (1.0, 5.0, 3.0),
     "led": (90.0, 60.0, 3.0),
     "recovered": (60.0, 30.0, 2.0),

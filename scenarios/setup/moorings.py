@@ -1,4 +1,4 @@
-"""Lays mooring legs and ties: where they are made fast, the ground they lie on, and what is wrong with them."""
+"""Lays mooring legs and ties: where they are made fast, the ground and the shore, and what is wrong with them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.deployment import BoomLayout, PlacedLine
+from booms.deployment import BoomLayout, PlacedLine, lay_aground
 from booms.equilibrium import HangingBoom, Tie, tied_lines
+from coupling.participants.plan_barriers import Beach
 from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.problems import Problem
@@ -109,6 +110,26 @@ def ground_level(scenario: Scenario) -> float | None:
     if not scenario.run.has_particles and scenario.sea is not None:
         return scenario.sea.level - scenario.sea.depth
     return None if "-z" in scenario.tank.open else scenario.tank.lower[2]
+
+
+def beach_of(scenario: Scenario) -> Beach | None:
+    """Return the shore of a scenario; None without one."""
+    shore, sea = scenario.shore, scenario.sea
+    if shore is None or sea is None:
+        return None
+    return Beach(
+        waterline=(*shore.waterline, sea.level),
+        seaward=shore.seaward,
+        slope=shore.slope,
+        width=shore.width,
+        capacity=shore.capacity,
+    )
+
+
+def grounded(layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomLayout:
+    """Return a boom with the part of it that reaches over the shore lying there; water_level [m]."""
+    beach = beach_of(scenario)
+    return layout if beach is None else lay_aground(layout, beach.height, water_level)
 
 
 def place_moorings(

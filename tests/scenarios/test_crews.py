@@ -51,6 +51,12 @@ CREWS = {
         boom="pocket",
         missed="fed",
     ),
+    "shore-seal": Crews(
+        good=(),
+        bad=("booms.main.boom=cfr-rivers",),
+        boom="main",
+        missed="clean",
+    ),
     "anchored-containment": Crews(
         good=(),
         bad=(
@@ -117,5 +123,5 @@ def test_every_crew_and_level_is_a_sound_exercise(name: str) -> None:
 def test_every_exercise_has_goal_brief_and_notes() -> None:
     exercises = [load_scenario(name).scenario.exercise for name in library_paths()]
     found = [one for one in exercises if one is not None]
-    assert len(found) >= 11
+    assert len(found) >= 12
     assert all(one.goal.strip() and one.brief.strip() and one.notes.strip() for one in found)

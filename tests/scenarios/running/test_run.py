@@ -44,6 +44,7 @@ SPACINGS = {
     "open-apex-follow": 0.25,
     "river-diversion-cascade": 0.25,
     "rock-coating": 0.03,
+    "shore-seal": 0.25,
     "still-column": 0.1,
     "sweep-200m": 0.25,
     "tow-speed-ramp": 0.125,
