@@ -7,10 +7,8 @@ from scenarios.scenario import Scenario
 
 FINE = 32  # fewest grid cells in a particle spacing
 THINNED = 2  # frames for one frame with water, in a scenario with oil
-SEA_RATE = (
-    2.5  # [1/s] of a sea by formulas; a viewer shows long waves smoothly enough, for 1 % of a second in real time
-)
-SURFACED = 0.5  # [1] frames with the surface for one frame, of particles
+SEA_RATE = 2.5  # [1/s] of a sea by formulas; enough for long waves, at 1 % of a second's time, 4 % with a window
+SURFACED = 0.5  # [1] frames with the surface for one frame, in a tank
 
 
 def grid(scenario: Scenario) -> float | None:
@@ -33,4 +31,4 @@ def surface_rate(scenario: Scenario) -> float:
     recording = scenario.recording
     if recording.surface_rate is not None:
         return recording.surface_rate
-    return SEA_RATE if scenario.run.detail == "none" else SURFACED * recording.frame_rate
+    return SURFACED * recording.frame_rate if scenario.run.has_particles else SEA_RATE

@@ -67,7 +67,7 @@ class RecordingSettings(Section):
     water_every          liquid that is not oil is recorded in every so many frames; by default in every second one of a scenario
                          with oil, which is recorded in all, and else in all
     surface_rate         frames with the surface of the water and the film of oil on it, a simulated second, at most; 0: none; by
-                         default 2.5, and half the frame rate in a run with particles or a window. Slices have no surface
+                         default 2.5, and half the frame rate in a tank of particles. Slices have no surface
     checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
                          there; 0: only when asked for by SIGUSR1, and at the end; by default 1 s, and 10 s in a run without particles,
                          in which saving takes longer than simulating a second

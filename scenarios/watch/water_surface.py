@@ -23,6 +23,7 @@ CELL = 2.0  # [1] width of a grid's cells, in particle spacings, where the grid 
 MOST_LINES = 65  # [1] of a tank's grid, to each side
 WINDOW_CELLS = 32  # [1] of the grid across a window, to each side, besides those of the sea
 HALF_FULL = 0.5  # [1] part of a layer of particles from which on it lies in the water; as in a volume of fluid (Hirt and Nichols 1981)
+UPPER = 3.0  # [1] spacings below the level at rest, down to which a window's particles are looked at; the others cost time only
 SIDE = 1e-4  # [1] offset of a side's foot, in widths of the tank: nothing, but a grid's lines must differ
 SOFT = 0.7  # [1] width of the smoothing in cells, which takes away the unevenness of single particles
 
@@ -70,8 +71,10 @@ def _raised(sea: Sea, time: float, window: Window, low: Array, high: Array) -> R
     The one passes into the other across the window's rim. Where a body takes all of a column, the sea's stands for it.
     """
     spacing = window.settings.spacing
+    rest = window.rim.about_center(window.fluid.particles.position.T)
+    upper = rest[rest[:, 2] > sea.description.level - UPPER * spacing]
     x, y = (_even_lines(low[axis], high[axis], spacing) for axis in (0, 1))
-    own = water_height(window.places(time), x, y, spacing) - sea.grid_elevation(x, y, time)
+    own = water_height(window.motion.in_sea(upper, time), x, y, spacing) - sea.grid_elevation(x, y, time)
     inward = [np.minimum(at - at[0], at[-1] - at) for at in (x, y)]
     share = np.clip(np.minimum.outer(*inward) / window.settings.width, 0.0, 1.0)
     smooth = share * gaussian_filter(np.where(np.isnan(own), 0.0, own), SOFT, mode="nearest")

@@ -223,6 +223,11 @@ def _branches_and_debriefs(page: sync_api.Page) -> None:
     text = Path(saved.value.path()).read_text(encoding="utf-8")
     assert "<html" in text
     assert 'src="http' not in text
+    page.evaluate(
+        "document.querySelector('#view-debrief iframe').contentWindow.print = () => { window.isPrinted = true; }"
+    )
+    page.get_by_role("button", name="save it as PDF").click()
+    assert page.evaluate("window.isPrinted")
     page.locator("#what-if-less").fill("0.1")
     page.get_by_role("button", name="Try").click()
     sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(2, timeout=4 * PATIENCE)

@@ -77,7 +77,7 @@ def test_a_window_shows_its_own_water_in_the_sea():
         surface = sea_with_windows(sea, 1.0, around, [window])
         return surface.height - sea.grid_elevation(surface.x, surface.y, 1.0)
 
-    assert np.abs(difference()).max() < 0.1 * 0.25
+    assert np.abs(difference()).max() < 0.15 * 0.25  # of a spacing
     window.fluid.state.position[2] += 0.2
     mound = difference()
     assert mound.max() == pytest.approx(0.2, abs=0.02)
