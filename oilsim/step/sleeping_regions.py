@@ -1,9 +1,9 @@
 """Regions of still water fall asleep: their particles keep place and pressure, and cost nothing.
 
-The domain is cut into regions `sleep_margin` wide, two supports by default. A region is loud while the particles awake in it move at more than the sleep speed (root
-mean square), while a moving body is in it, or right after liquid was added. It falls asleep once it and all regions around it have been
-quiet for SETTLED units of time, and wakes when a region around it is loud. So at least one region of water that is awake and still lies
-between sleeping and moving water, and its motion announces a wave before it arrives.
+The domain is cut into regions `sleep_margin` wide, two supports by default. A region is loud while the particles awake in it move at more
+than the sleep speed (root mean square), while a moving body is in it, or right after liquid was added. It falls asleep once it and all
+regions around it have been quiet for SETTLED units of time, and wakes when a region around it is loud. So at least one region of water that
+is awake and still lies between sleeping and moving water, and its motion announces a wave before it arrives.
 
 Sleeping particles lie behind the others in the state. Water beside them sees water at rest under the pressure that they had: density,
 gradients and the pressure solve count them, and none of them moves. So a motion slower than the sleep speed may be stopped, and a wave that
