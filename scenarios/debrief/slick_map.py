@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ignore[import-untyped]
-from scipy.constants import knot
 
+from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.entity_paths import VESSELS, body_group
 from recordings.exercise import BoomDescription
@@ -116,7 +116,7 @@ def _draw_weather(axes: Axes, replay: Replay) -> None:
         speed = float(np.hypot(x, y))
         if speed > 0.0:
             course = course_in_words(float(np.arctan2(y, x)) + turn, bearing)
-            text = name.format(three_figures(speed / knot), course)
+            text = name.format(three_figures(speed / KNOT), course)
             _draw_arrow(axes, (1.12, height), np.array([x, y]) / speed, text, color)
 
 
