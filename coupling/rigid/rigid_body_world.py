@@ -418,7 +418,7 @@ class RigidBodyWorld(Rigging):
         sub_step = duration / count
         for index in range(count):
             forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
-            impulses += np.linalg.norm(forces, axis=1) * sub_step
+            impulses += np.array([math.hypot(*force) for force in forces.tolist()]) * sub_step
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
         """Make one sub-step that ends at the time `end`; the engine is skipped if no free body moves, or if none at sea can touch anything.

@@ -16,7 +16,7 @@ from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.entity_paths import VESSELS, body_group
 from recordings.exercise import BoomDescription
-from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks
+from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks, spread_names
 from recordings.replay.moments import Moment
 from recordings.replay.recording import Replay
 from recordings.words import cause_in_words, course_in_words, three_figures
@@ -56,6 +56,7 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
     _draw_weather(axes, replay)
+    spread_names(axes)
     return figure
 
 
