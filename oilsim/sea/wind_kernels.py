@@ -22,7 +22,7 @@ def add_gusts(along, gusts, time, gust):
 
 @njit(**FAST)
 def add_drift(height, elevation, layer, velocity):
-    """Add the drift of the wind to velocities (N, 3) [m/s] at heights (N,) below a surface at elevations (N,), both [m].
+    """Add the drift of the wind to `velocity` (N, 3) [m/s] at points of a `height` (N,) [m] below a surface at `elevation` (N,) [m].
 
     layer: DriftLayer.
     """

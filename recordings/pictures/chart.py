@@ -159,7 +159,9 @@ def spread_names(axes: Axes) -> None:
                 shift[other, axis] += push
         if not pushed:
             break
-    for text, (right, up) in zip(names, shift * 72.0 / axes.get_figure(root=True).dpi, strict=True):
+    figure = axes.get_figure(root=True)
+    points = 72.0 / (72.0 if figure is None else figure.dpi)  # of a pixel
+    for text, (right, up) in zip(names, points * shift, strict=True):
         text.xyann = (right, up)
 
 
