@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -99,10 +99,19 @@ class Shares:
         self.values, self.later, self.turn = saved["values"].copy(), saved["later"].copy(), float(saved["turn"])
 
 
+class KnownShares(Protocol):
+    """The shares of one window, or of several together, in the loads of bodies."""
+
+    names: tuple[str, ...]
+
+    def at(self, time: float) -> Array:
+        """Return the shares (B,) [1], in the order of `names`, at `time` [s]."""
+
+
 class SharedEnvironment:
     """A sea that loads bodies by formulas, each with what a window leaves: 1 - share. Its bodies have the order of `names`."""
 
-    def __init__(self, environment: Environment, names: tuple[str, ...], shares: Shares) -> None:
+    def __init__(self, environment: Environment, names: tuple[str, ...], shares: KnownShares) -> None:
         self.environment, self._shares = environment, shares
         self._rows = np.array([shares.names.index(name) for name in names], int)
 
@@ -152,6 +161,10 @@ class WindowParticipant(FluidParticipant):
         self._hand_back(twist + step_size * free, now, later, added)
         self.shares.announce(self._shares_of(later), time + step_size)
         return StepResult(Status.OK, time + step_size)
+
+    def take(self, inputs: Mapping[str, Array], inverse_mass: Array | None) -> None:
+        """Take all inputs for the next step from whoever has checked them: those of the bodies by name, and their common inverse mass."""
+        self._inputs, self._joint_inverse_mass = dict(inputs), inverse_mass
 
     def _all(self, what: str, size: int) -> Array:
         """Return an input of all bodies (B, size)."""
