@@ -14,10 +14,8 @@ from importlib.resources import files
 from types import MappingProxyType
 from typing import Literal
 
-from scipy.constants import knot
-
 from booms.boom import Boom, BoomDesign
-from oilsim.physical_constants import SEA_WATER_DENSITY
+from oilsim.physical_constants import KNOT, SEA_WATER_DENSITY
 
 Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net"]
 
@@ -26,7 +24,7 @@ Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net"]
 class CatalogueBoom:
     """A boom of the catalogue.
 
-    skirt_depth, freeboard [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] from connector to connector;
+    skirt_depth, freeboard, base_width [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] between connectors;
     strength, connector_strength [N] at which it and its connectors part; maximum_speed_kn [kn]. A figure is None if it is not known.
     assumed: names of the figures that are usual ones, not the source's; lacking: parts that are not modelled, so that it cannot be laid.
     """
@@ -40,6 +38,7 @@ class CatalogueBoom:
     freeboard: float | None = None
     buoyancy_to_weight: float | None = None
     ballast_fraction: float = 0.35
+    base_width: float | None = None
     section_length: float | None = None
     connector: str = ""
     strength: float | None = None
@@ -50,7 +49,7 @@ class CatalogueBoom:
     @property
     def maximum_speed(self) -> float | None:
         """Highest speed [m/s] of water across the boom."""
-        return None if self.maximum_speed_kn is None else self.maximum_speed_kn * knot
+        return None if self.maximum_speed_kn is None else self.maximum_speed_kn * KNOT
 
     def boom(self, length: float, segment_count: int, *, water_density: float = SEA_WATER_DENSITY) -> Boom:
         """Design a boom of this kind, `length` [m] long; ValueError for one that is not modelled."""
@@ -64,6 +63,7 @@ class CatalogueBoom:
             buoyancy_to_weight=self.buoyancy_to_weight,
             skirt_thickness=0.005,
             ballast_fraction=self.ballast_fraction,
+            base_width=self.base_width,
             water_density=water_density,
         ).boom()
 

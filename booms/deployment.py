@@ -8,12 +8,14 @@ which tan(psi) = s / a, with psi the angle to the gap's direction and s the leng
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
 from booms.segments import BoomSegment, boom_segment
@@ -46,11 +48,11 @@ class PlacedJoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedLine:
-    """An elastic line from body_a to body_b, made fast at points (2, 3) [m] of the world; stiffness EA and breaking load [N]."""
+    """An elastic line from body_a to body_b (None: the world), fast at points (2, 3) [m] of the world; stiffness EA, breaking load [N]."""
 
     name: str
     body_a: str
-    body_b: str
+    body_b: str | None
     points: Array
     stiffness: float
     breaking_load: float = math.inf
@@ -226,6 +228,30 @@ def lay_in_stream(
 def lay_along(boom: Boom, line: Array, *, water_level: float, name: str = "boom") -> BoomLayout:
     """Lay a boom along a line of joints (segment_count + 1, 2) [m]; ValueError where neighbours turn beyond `Boom.maximum_turn`."""
     return _layout(boom, line, water_level, name)
+
+
+def lay_aground(layout: BoomLayout, ground: Callable[[Array], Array], water_level: float) -> BoomLayout:
+    """Return a boom as laid afloat, with its skirt on the ground wherever that lies higher than the skirt's foot.
+
+    ground: returns heights (N,) [m] at places (N, 2) [m]; water_level [m]. Segments follow the slope along the boom.
+    """
+    boom = layout.boom
+    points = np.array([layout.end_points[0], *(joint.point for joint in layout.joints), layout.end_points[1]])
+    lift = np.maximum(ground(points[:, :2]) + boom.skirt_depth - water_level, 0.0)
+    if not lift.any():
+        return layout
+    points[:, 2] += lift
+    pitch = np.arctan2(np.diff(lift), boom.segment_length)
+    segments = tuple(
+        replace(
+            one,
+            position=one.position + np.array([0.0, 0.0, 0.5 * (lift[k] + lift[k + 1])]),
+            orientation=(Rotation.from_quat(one.orientation) * Rotation.from_euler("y", -pitch[k])).as_quat(),
+        )
+        for k, one in enumerate(layout.segments)
+    )
+    joints = tuple(replace(joint, point=point) for joint, point in zip(layout.joints, points[1:-1], strict=True))
+    return replace(layout, segments=segments, joints=joints, end_points=points[[0, -1]])
 
 
 def lay_u(

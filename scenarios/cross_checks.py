@@ -17,7 +17,7 @@ from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
-from scenarios.schema.criteria import CriterionSettings, criteria_problems
+from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, line_problems, segment_names
 from scenarios.schema.faults import FaultSettings, fault_problems
 from scenarios.schema.fmu_settings import FmuSettings
@@ -39,7 +39,7 @@ from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
-from scenarios.schema.sea import SeaSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings, shore_problems
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 from scenarios.schema.window import WindowTable, window_place
 
@@ -87,6 +87,7 @@ class Parts:
     skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     sea: SeaSettings | None = None
+    shore: ShoreSettings | None = None
     injects: Mapping[str, InjectSettings] = field(default_factory=dict)
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
@@ -103,6 +104,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from line_problems(parts.vessels, parts.booms)
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
+    yield from graded_problems(parts.criteria, parts.booms, parts.names["booms"])
     duration = None if parts.run is None else parts.run.duration
     yield from (problem.below("faults") for problem in fault_problems(parts.faults, duration))
     yield from _meshes(parts)
@@ -111,6 +113,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
     yield from _skimmers(parts)
+    yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
@@ -203,17 +206,7 @@ def _references(parts: Parts) -> Iterator[Problem]:
     for name, probe in parts.probes.items():
         if isinstance(probe, BodyProbe) and probe.body not in bodies:
             yield Problem(f"probes.{name}.body", f"is {probe.body!r}, which {unknown(probe.body, bodies, 'body')}")
-    for name, criterion in parts.criteria.items():
-        if criterion.boom is not None and criterion.boom not in parts.names["booms"]:
-            text = unknown(criterion.boom, parts.names["booms"], "boom")
-            yield Problem(f"criteria.{name}.boom", f"is {criterion.boom!r}, which {text}")
     for name, boom in parts.booms.items():
-        others = [other for other in parts.names["booms"] if other != name]
-        for funnel in boom.fed_by:
-            if funnel not in others:
-                yield Problem(
-                    f"booms.{name}.fed_by", f"holds {funnel!r}, which {unknown(funnel, others, 'other boom')}"
-                )
         for end in boom.ends:
             if isinstance(end, str) and end not in parts.names["vessels"]:
                 yield Problem(

@@ -126,6 +126,8 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("sea.wind", get_args(sea.SeaWind)),
     ("sea.langmuir", (sea.LangmuirSettings,)),
     ("sea.turbulence", (sea.TurbulenceSettings,)),
+    ("sea.tide", (sea.TideSettings,)),
+    ("shore", (sea.ShoreSettings,)),
     ("window", (window.WindowTable,)),
     ("bodies.NAME", get_args(bodies.Body)),
     ("bodies.NAME.motion", get_args(bodies.Motion)),

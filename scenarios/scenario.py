@@ -26,7 +26,7 @@ from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import CameraSettings, Level, RecordingSettings, RunSettings, SiteSettings
-from scenarios.schema.sea import SeaSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.training import ExerciseSettings
 from scenarios.schema.weather import ForcingSettings
 from scenarios.schema.window import WindowTable
@@ -58,6 +58,7 @@ class Scenario(Section):
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     forcing: ForcingSettings = field(default_factory=ForcingSettings)
     sea: SeaSettings | None = None
+    shore: ShoreSettings | None = None
     window: Mapping[str, WindowTable] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)

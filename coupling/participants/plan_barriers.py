@@ -1,8 +1,8 @@
-"""Booms and hulls of rigid bodies, seen in plan: the barriers that a slick meets."""
+"""Booms and hulls of rigid bodies, and a shore, seen in plan: the barriers that a slick meets."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,9 @@ from coupling.rigid.rotations import rotation_matrices
 
 Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
+
+# [m] sides into which a waterline is divided, each with its own room for oil; numerical
+SIDE = 5.0
 
 
 def _placed(poses: Array, points: Sequence[Point]) -> Array:
@@ -28,6 +31,7 @@ class BoomBodies:
     bodies       names of the bodies
     start, end   joints of every segment in its body frame [m]; neighbours meet halfway between theirs
     foot, top    lowest point of the skirt and highest of the float in the body frame [m]; z points up from foot to top
+    seals        whether its foot seals where it lies on the ground, as tubes full of water do (*modelled*)
     """
 
     name: str
@@ -36,25 +40,23 @@ class BoomBodies:
     end: Point
     foot: Point
     top: Point
+    seals: bool = False
 
-    def nodes(self, poses: Mapping[str, Array]) -> Array:
-        """Return the nodes (S + 1, 2) [m]; poses (7,) [m, 1] by body."""
-        ends = _placed(self._poses(poses), (self.start, self.end))[:, :, :2]
+    def nodes(self, poses: Array) -> Array:
+        """Return the nodes (S + 1, 2) [m]; poses (S, 7) [m, 1] of the bodies."""
+        ends = _placed(poses, (self.start, self.end))[:, :, :2]
         inner = 0.5 * (ends[:-1, 1] + ends[1:, 0])
         return np.concatenate([ends[:1, 0], inner, ends[-1:, 1]])
 
-    def feet_and_tops(self, poses: Mapping[str, Array]) -> tuple[Array, Array]:
-        """Return the feet and the tops (S, 3) [m] of the segments; poses (7,) [m, 1] by body."""
-        placed = _placed(self._poses(poses), (self.foot, self.top))
+    def feet_and_tops(self, poses: Array) -> tuple[Array, Array]:
+        """Return the feet and the tops (S, 3) [m] of the segments; poses (S, 7) [m, 1] of the bodies."""
+        placed = _placed(poses, (self.foot, self.top))
         return placed[:, 0], placed[:, 1]
 
-    def lean(self, poses: Mapping[str, Array]) -> Array:
-        """Return the angle (S,) [rad] between the bodies' z axes and the vertical; poses (7,) [m, 1] by body."""
-        upward = rotation_matrices(self._poses(poses)[:, 3:])[:, 2, 2]
+    def lean(self, poses: Array) -> Array:
+        """Return the angle (S,) [rad] between the bodies' z axes and the vertical; poses (S, 7) [m, 1] of the bodies."""
+        upward = rotation_matrices(poses[:, 3:])[:, 2, 2]
         return np.asarray(np.arccos(np.clip(upward, -1.0, 1.0)))
-
-    def _poses(self, poses: Mapping[str, Array]) -> Array:
-        return np.array([poses[body] for body in self.bodies])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +72,49 @@ class HullBody:
     body: str
     nodes: Sequence[Point]
 
-    def outline(self, poses: Mapping[str, Array]) -> Array:
-        """Return the outline (N, 2) [m]; poses (7,) [m, 1] by body."""
-        return _placed(poses[self.body][None], self.nodes)[0, :, :2]
+    def outline(self, pose: Array) -> Array:
+        """Return the outline (N, 2) [m]; pose (7,) [m, 1] of the body."""
+        return _placed(pose[None], self.nodes)[0, :, :2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Beach:
+    """A straight shore of one slope.
+
+    waterline  (x, y, z) [m] a point of the waterline at the start; seaward [rad] out to sea; slope [-] rise over run
+    width      [m] half of it to each side; capacity [m3/m] of oil at the waterline
+    """
+
+    waterline: Point
+    seaward: float
+    slope: float
+    width: float
+    capacity: float
+    name: str = "shore"
+
+    @property
+    def out(self) -> Array:
+        """The unit vector (2,) out to sea."""
+        return np.array([np.cos(self.seaward), np.sin(self.seaward)])
+
+    @property
+    def normal(self) -> Point:
+        """The unit normal of the ground, upwards."""
+        x, y = self.slope * self.out
+        length = float(np.sqrt(1.0 + self.slope**2))
+        return float(x) / length, float(y) / length, 1.0 / length
+
+    def height(self, points_xy: Array) -> Array:
+        """Return the height of the ground (N,) [m] at places (N, 2) [m]."""
+        return np.asarray(self.waterline[2] - self.slope * ((points_xy - self.waterline[:2]) @ self.out))
+
+    def outline(self, rise: float) -> Array:
+        """Return the outline (N, 2) [m] of the dry land, when the water stands `rise` [m] above its level at the start."""
+        count = max(1, round(self.width / SIDE))
+        along = np.linspace(-0.5, 0.5, count + 1) * self.width
+        edge = (
+            np.array(self.waterline[:2])
+            - (rise / self.slope) * self.out
+            + along[:, None] * np.array([-self.out[1], self.out[0]])
+        )
+        return np.concatenate([edge, edge[[-1, 0]] - (self.width + abs(rise) / self.slope) * self.out])

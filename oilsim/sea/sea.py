@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim.sea.description import SeaDescription, profile
 from oilsim.sea.dispersion_relation import second_harmonic
-from oilsim.sea.gust_kernel import add_gusts
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
 from oilsim.sea.linear_waves import WaveField, linear_field, sum_elevation
 from oilsim.sea.regular_waves import RegularWaves
 from oilsim.sea.stokes_waves import add_harmonic, stokes_field
 from oilsim.sea.wave_components import NO_WAVES, WaveComponents
+from oilsim.sea.wind_kernels import add_drift, add_gusts
 
 Double = NDArray[np.float64]
 
@@ -75,6 +75,15 @@ class Sea:
         """Height of the still water [m] in the world."""
         return self.description.level
 
+    def rise(self, time: float) -> float:
+        """Return the height [m] of the still water at `time` [s] above `level`, by the tide."""
+        tide = self.description.tide
+        return 0.0 if tide is None else tide.rise(time)
+
+    def still_level(self, time: float) -> float:
+        """Return the height [m] of the still water in the world at `time` [s]."""
+        return self.level + self.rise(time)
+
     @property
     def components(self) -> WaveComponents:
         """The regular waves that the sea is made of, (M,) each: [m], [1/m], [rad/s], [rad]."""
@@ -83,8 +92,13 @@ class Sea:
     def kinematics(self, xyz: ArrayLike, time: float) -> Kinematics:
         """Evaluate elevation, velocity, acceleration and pressure at points (N, 3) [m] together; it costs as much as one of them."""
         points, shape = _points(xyz, 3, time)
+        rise = self.rise(time)
+        if rise != 0.0:
+            points = points - (0.0, 0.0, rise)
         field = self._wave_field(points, time)
         self._add_currents(field, points, time)
+        if rise != 0.0:
+            field.elevation[:] += rise
         return Kinematics(
             field.elevation.reshape(shape),
             field.velocity.reshape(*shape, 3),
@@ -101,7 +115,7 @@ class Sea:
             add_harmonic(points, waves, phase, second, eta)
         else:
             sum_elevation(points, waves, phase, eta)
-        return (eta + self._water.level).reshape(shape)
+        return (eta + self.still_level(time)).reshape(shape)
 
     def grid_elevation(self, x: Double, y: Double, time: float) -> Double:
         """Return the height of the surface (N, M) [m] at the crossings of grid lines x (N,) and y (M,) [m], increasing.
@@ -117,7 +131,7 @@ class Sea:
             amplitude, phase = np.r_[amplitude, second], np.r_[phase, 2.0 * phase]
             k_x, k_y = np.r_[k_x, 2.0 * k_x], np.r_[k_y, 2.0 * k_y]
         along = _line_factors(lines[: len(x), 0], k_x) * (amplitude * np.exp(-1j * phase))
-        return (along @ _line_factors(lines[len(x) :, 0], k_y).T).real + self._water.level
+        return (along @ _line_factors(lines[len(x) :, 0], k_y).T).real + self.still_level(time)
 
     def velocity(self, xyz: ArrayLike, time: float) -> Double:
         """Return the velocity of the water (N, 3) [m/s] at points (N, 3) [m]."""
@@ -136,7 +150,7 @@ class Sea:
         current, z = self.description.current, np.asarray(z, np.float64)
         if current is None:
             return np.zeros((*z.shape, 2))
-        still = np.clip(z - self._water.level, -self._water.depth, 0.0)
+        still = np.clip(z - self.still_level(time), -self._water.depth, 0.0)
         share = profile(still, self._water.depth, current.shear_exponent)
         return share[..., None] * current.flow.velocity(time)
 
@@ -234,9 +248,8 @@ class Sea:
             field.velocity[:, :2] += share * current.flow.velocity(time)
             field.acceleration[:, :2] += share * current.flow.rate(time)
         if wind is not None and wind.drift is not None:
-            depth = np.maximum(field.elevation - points[:, 2], 0.0)
-            upper = np.flatnonzero(depth < wind.drift.layer)
-            field.velocity[upper, :2] += self.wind_drift(depth[upper], time)
+            layer = wind.drift.layer_under(wind.flow.velocity(time), self._water.density)
+            add_drift(points[:, 2], field.elevation, layer, field.velocity)
 
 
 def _line_factors(lines: Double, wave_number: Double) -> NDArray[np.complex128]:

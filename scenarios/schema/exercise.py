@@ -187,6 +187,7 @@ FROM_CATALOGUE: Mapping[str, float | None] = MappingProxyType(
         "freeboard": None,
         "buoyancy_to_weight": 5.0,
         "ballast_fraction": BoomDesign.ballast_fraction,
+        "base_width": None,
         "strength": None,
         "section_length": None,
         "connector_strength": None,
@@ -258,6 +259,7 @@ class BoomSettings(Section):
     skirt_thickness     [m] as built; in the simulation it is at least one particle spacing
     ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright; without
                         `boom`, 0.35
+    base_width          [m] of the two tubes full of water of a shore-sealing boom: aground it rests on them, and seals (*modelled*)
     strength            [N] tension at which the boom parts; without it and `boom`, it never does
     section_length      [m] from connector to connector; without it and `boom`, the boom is one section
     connector_strength  [N] tension at which a connector fails; without it, the boom's strength
@@ -292,6 +294,7 @@ class BoomSettings(Section):
     buoyancy_to_weight: float = quantity_of(BoomDesign, "buoyancy_to_weight", default=None)
     skirt_thickness: float = quantity_of(BoomDesign, "skirt_thickness", default=0.005)
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction", default=None)
+    base_width: float | None = quantity_of(BoomDesign, "base_width")
     strength: float | None = quantity("N", default=None, above=0.0)
     section_length: float | None = quantity("m", default=None, above=0.0)
     connector_strength: float | None = quantity("N", default=None, above=0.0)

@@ -30,7 +30,7 @@ from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
-from scenarios.setup.moorings import PlacedLeg, leg_name, place_moorings, place_ties, tie_name, tied_shapes
+from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import Drive, DriveModel
@@ -263,6 +263,7 @@ def _laid(
         layout = lay_between(boom, first, second, water_level=water_level, name=f"boom/{name}", bulge=bulge)
     else:
         layout = lay_in_stream(boom, first, second, stream, water_level=water_level, name=f"boom/{name}")
+    layout = grounded(layout, scenario, water_level)
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
@@ -375,6 +376,7 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         buoyancy_to_weight=settings.buoyancy_to_weight,
         skirt_thickness=settings.skirt_thickness,
         ballast_fraction=settings.ballast_fraction,
+        base_width=settings.base_width,
         water_density=water_density(scenario),
     )
     boom = design.boom()

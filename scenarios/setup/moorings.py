@@ -1,4 +1,4 @@
-"""Lays mooring legs and ties: where they are made fast, the ground they lie on, and what is wrong with them."""
+"""Lays mooring legs and ties: where they are made fast, the ground and the shore, and what is wrong with them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.deployment import BoomLayout, PlacedLine
+from booms.deployment import BoomLayout, PlacedLine, lay_aground
 from booms.equilibrium import HangingBoom, Tie, tied_lines
+from coupling.participants.plan_barriers import Beach
 from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.problems import Problem
@@ -49,25 +50,24 @@ def tie_name(tie: str) -> str:
 
 
 def place_ties(scenario: Scenario, booms: Mapping[str, BoomLayout]) -> tuple[PlacedLine, ...]:
-    """Return the ties between booms as laid, except those of booms that could not be laid."""
+    """Return the ties of booms as laid, except those of booms that could not be laid."""
     lines = []
     for name, tie in scenario.ties.items():
-        if all(boom in booms for boom in tie.booms):
-            (one, first), (two, second) = (
-                _boom_joint(booms[boom], joint) for boom, joint in zip(tie.booms, tie.joints, strict=True)
+        if not all(boom in booms for boom in tie.booms):
+            continue
+        fast = [_boom_joint(booms[boom], joint) for boom, joint in zip(tie.booms, tie.joints, strict=True)]
+        one, first = fast[0]
+        two, second = (None, np.array([*tie.place, first[2]])) if tie.place is not None else fast[1]
+        lines.append(
+            PlacedLine(
+                name=tie_name(name),
+                body_a=one,
+                body_b=two,
+                points=np.array([first, second]),
+                stiffness=tie.stiffness,
+                breaking_load=math.inf if tie.breaking_load is None else tie.breaking_load,
             )
-            strength = math.inf if tie.breaking_load is None else tie.breaking_load
-            points = np.array([first, second])
-            lines.append(
-                PlacedLine(
-                    name=tie_name(name),
-                    body_a=one,
-                    body_b=two,
-                    points=points,
-                    stiffness=tie.stiffness,
-                    breaking_load=strength,
-                )
-            )
+        )
     return tuple(lines)
 
 
@@ -78,7 +78,8 @@ def tied_shapes(
 
     hang: the line of a boom without its ties, or ValueError.
     """
-    lines: dict[str, Array | None] = {boom: None for tie in scenario.ties.values() for boom in tie.booms}
+    between = {name: tie for name, tie in scenario.ties.items() if tie.length is not None}
+    lines: dict[str, Array | None] = {boom: None for tie in between.values() for boom in tie.booms}
     if not lines or not all(name in afloat for name in lines):
         return lines
     booms, stream = dict[str, HangingBoom](), 0.0
@@ -95,7 +96,8 @@ def tied_shapes(
             return lines
     ties = [
         Tie(name=name, ends=((tie.booms[0], tie.joints[0]), (tie.booms[1], tie.joints[1])), length=tie.length)
-        for name, tie in scenario.ties.items()
+        for name, tie in between.items()
+        if tie.length is not None
     ]
     try:
         return {**lines, **tied_lines(booms, ties, stream)}
@@ -109,6 +111,26 @@ def ground_level(scenario: Scenario) -> float | None:
     if not scenario.run.has_particles and scenario.sea is not None:
         return scenario.sea.level - scenario.sea.depth
     return None if "-z" in scenario.tank.open else scenario.tank.lower[2]
+
+
+def beach_of(scenario: Scenario) -> Beach | None:
+    """Return the shore of a scenario; None without one."""
+    shore, sea = scenario.shore, scenario.sea
+    if shore is None or sea is None:
+        return None
+    return Beach(
+        waterline=(*shore.waterline, sea.level),
+        seaward=shore.seaward,
+        slope=shore.slope,
+        width=shore.width,
+        capacity=shore.capacity,
+    )
+
+
+def grounded(layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomLayout:
+    """Return a boom with the part of it that reaches over the shore lying there; water_level [m]."""
+    beach = beach_of(scenario)
+    return layout if beach is None else lay_aground(layout, beach.height, water_level)
 
 
 def place_moorings(

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import knot
 
 from booms.balance import OilBalance, balance, lost_ids
 from coupling.rigid.rigid_body_world import RigidBodyWorld
+from oilsim.physical_constants import KNOT
 from oilsim.solver import Fluid
 from recordings.words import course_in_words, levers_in_words
 from scenarios.scenario import Scenario
@@ -20,6 +20,7 @@ from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.fleet import Fleet
 from scenarios.watch.boom_score import BoomScore, Notice
+from scenarios.watch.sea_edge import rise_of
 from scenarios.watch.slick_account import lost_parcels
 from vessels.vessel import Vessel
 
@@ -70,9 +71,9 @@ class Scoring:
             return
         for boom in self.booms:
             boom.lose(time, self._fluid, self._world, self._level)
-        oil = self._oil()
+        oil, level = self._oil(), self._level + rise_of(self._world, time)
         for boom in self.booms:
-            boom.advance(time, self._world, oil, self._level, self._current, self._slick)
+            boom.advance(time, self._world, oil, level, self._current, self._slick)
         self.balance = balance([boom.tracker for boom in self.booms], oil[1])
 
     def series(self) -> dict[str, float]:
@@ -168,7 +169,7 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
             yield start, f"{' and '.join(names)}: hold your places"
         else:
             course = course_in_words(heading, bearing)
-            yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, heading {course}"
+            yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, heading {course}"
 
 
 def _of_boom(key: str, boom: str) -> str:

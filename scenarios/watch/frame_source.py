@@ -20,15 +20,18 @@ from recordings.frame import (
 from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.moorings import tie_name
-from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.sea_edge import rise_of
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
+from scenarios.watch.water_surface import sea_with_windows, tank_surface
 
 Array = NDArray[np.float64]
+
+SPATIAL = 3  # [1] dimensions of a run that is no slice
 
 
 def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
@@ -67,7 +70,7 @@ class FrameReader:
         return Frame(
             index=point.index,
             time=point.time,
-            bodies=lambda: {solid.name: self._body(solid) for solid in self._simulators.solids},
+            bodies=self._bodies,
             scalars=scalars,
             read_phases=lambda: self._phases(point.time),
             read_lost=accounts.scoring.lost_ids,
@@ -76,15 +79,31 @@ class FrameReader:
         )
 
     def _surface(self, time: float) -> SurfaceFrame | None:
-        """Return the surface of the sea at `time` [s]; None in a run with particles, or without a sea by formulas."""
+        """Return the surface of the water at `time` [s]; None without water, in a slice, and in a run of bodies at sea without a world."""
         simulators = self._simulators
+        if simulators.scenario.run.has_particles:
+            return self._tank_surface(time)
         world = simulators.world
         sea = None if world is None else getattr(world.environment, "sea", None)
-        if world is None or sea is None or simulators.windows or simulators.scenario.run.has_particles:
+        if world is None or sea is None:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
         oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
-        return self._sea_surface.frame(sea, time, np.concatenate([places, *oil]))
+        around = np.concatenate([places, *oil])
+        windows = [window for window in simulators.windows if window.settings.dimension == SPATIAL]
+        if not windows:
+            return self._sea_surface.frame(sea, time, around)
+        return sea_with_windows(sea, time, around, windows)
+
+    def _tank_surface(self, time: float) -> SurfaceFrame | None:
+        """Return the surface of the particles of all liquids but oil; None without any, in a slice, and where gravity is not downwards."""
+        simulators, scenario = self._simulators, self._simulators.scenario
+        is_down = scenario.fluid.gravity[2] < 0.0 and not any(scenario.fluid.gravity[:2])
+        waters = [name for name, phase in scenario.phases.items() if not phase.is_oil]
+        if not waters or not is_down or simulators.fluid.config.dimension < SPATIAL:
+            return None
+        places = np.concatenate([simulators.positions(name, time) for name in waters])
+        return tank_surface(places, scenario.fluid.particle_spacing, scenario.tank.lower, scenario.tank.upper)
 
     def _film(self, surface: SurfaceFrame) -> FilmFrame | None:
         slick = self._simulators.slick
@@ -123,22 +142,23 @@ class FrameReader:
         }
         if slick is not None:  # parcels of several oils are shown as one
             oil = next(name for name, phase in self._simulators.scenario.phases.items() if phase.is_oil)
-            frames[oil] = phase_of(slick, self._simulators.level, time)
+            world = self._simulators.world
+            level = self._simulators.level + (0.0 if world is None else rise_of(world, time))
+            frames[oil] = phase_of(slick, level, time)
         return frames
 
-    def _body(self, solid: Solid) -> BodyFrame:
-        world = self._simulators.world
+    def _bodies(self) -> Mapping[str, BodyFrame]:
+        simulators = self._simulators
+        world, solids = simulators.world, simulators.solids
         if world is None:
-            return BodyFrame(position=solid.placed.position, orientation=solid.placed.orientation)
-        pose, twist = world.pose(solid.name), world.twist(solid.name)
-        return BodyFrame(
-            position=pose[:3],
-            orientation=pose[3:],
-            linear_velocity=twist[:3],
-            angular_velocity=twist[3:],
-            wrench=self._simulators.wrench(solid.name),
-            tension=max((world.tension(joint) for joint in self._pulls.get(solid.name, ())), default=math.nan),
-        )
+            return {
+                one.name: BodyFrame(position=one.placed.position, orientation=one.placed.orientation) for one in solids
+            }
+        names = [solid.name for solid in solids]
+        wrenches = np.array([simulators.wrench(name) for name in names]).reshape(-1, 6)
+        motions = np.hstack([world.poses(names), world.twists(names), wrenches])
+        pulls = (max(map(world.tension, self._pulls.get(name, ())), default=math.nan) for name in names)
+        return {name: BodyFrame.of(*one) for name, *one in zip(names, motions, pulls, strict=True)}
 
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:
         world = self._simulators.world
