@@ -38,7 +38,9 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=200, help="faults to draw")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
     parser.add_argument("--only", default="", help="draw from files whose path begins so")
-    parser.add_argument("--tests-only", action="store_true", help="leave out the recorded runs, which take most of the time")
+    parser.add_argument(
+        "--tests-only", action="store_true", help="leave out the recorded runs, which take most of the time"
+    )
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="oilsim-mutants-") as folder:
         copy = Path(folder) / "code"
@@ -47,7 +49,9 @@ def main() -> int:
         )
         os.chdir(copy)
         drawn = draw(chosen.count, chosen.seed, chosen.only)
-        survivors = [one for one in track(drawn, "faults", console=Console(stderr=True)) if not noticed(one, chosen.tests_only)]
+        survivors = [
+            one for one in track(drawn, "faults", console=Console(stderr=True)) if not noticed(one, chosen.tests_only)
+        ]
     print(f"{len(drawn)} faults, {len(drawn) - len(survivors)} noticed")
     for one in survivors:
         print("  not noticed:", one)
