@@ -48,11 +48,11 @@ class PlacedJoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedLine:
-    """An elastic line from body_a to body_b, made fast at points (2, 3) [m] of the world; stiffness EA and breaking load [N]."""
+    """An elastic line from body_a to body_b (None: the world), fast at points (2, 3) [m] of the world; stiffness EA, breaking load [N]."""
 
     name: str
     body_a: str
-    body_b: str
+    body_b: str | None
     points: Array
     stiffness: float
     breaking_load: float = math.inf

@@ -11,6 +11,7 @@ from typing import Any
 import cattrs
 
 Point3 = tuple[float, float, float]
+GROUND = "shore"  # name of the body that is the ground of a shore: pictures do not frame it, and maps leave it out
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,7 @@ from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
-from scenarios.schema.criteria import CriterionSettings, criteria_problems
+from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, line_problems, segment_names
 from scenarios.schema.faults import FaultSettings, fault_problems
 from scenarios.schema.fmu_settings import FmuSettings
@@ -39,7 +39,7 @@ from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
-from scenarios.schema.sea import SeaSettings, ShoreSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings, shore_problems
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 from scenarios.schema.window import WindowTable, window_place
 
@@ -104,6 +104,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from line_problems(parts.vessels, parts.booms)
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
+    yield from graded_problems(parts.criteria, parts.booms, parts.names["booms"])
     duration = None if parts.run is None else parts.run.duration
     yield from (problem.below("faults") for problem in fault_problems(parts.faults, duration))
     yield from _meshes(parts)
@@ -112,7 +113,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
     yield from _skimmers(parts)
-    yield from _shore(parts)
+    yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
@@ -205,17 +206,7 @@ def _references(parts: Parts) -> Iterator[Problem]:
     for name, probe in parts.probes.items():
         if isinstance(probe, BodyProbe) and probe.body not in bodies:
             yield Problem(f"probes.{name}.body", f"is {probe.body!r}, which {unknown(probe.body, bodies, 'body')}")
-    for name, criterion in parts.criteria.items():
-        if criterion.boom is not None and criterion.boom not in parts.names["booms"]:
-            text = unknown(criterion.boom, parts.names["booms"], "boom")
-            yield Problem(f"criteria.{name}.boom", f"is {criterion.boom!r}, which {text}")
     for name, boom in parts.booms.items():
-        others = [other for other in parts.names["booms"] if other != name]
-        for funnel in boom.fed_by:
-            if funnel not in others:
-                yield Problem(
-                    f"booms.{name}.fed_by", f"holds {funnel!r}, which {unknown(funnel, others, 'other boom')}"
-                )
         for end in boom.ends:
             if isinstance(end, str) and end not in parts.names["vessels"]:
                 yield Problem(
@@ -358,16 +349,6 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
     yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
     if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
         yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
-
-
-def _shore(parts: Parts) -> Iterator[Problem]:
-    """Check that a shore and a tide have a run that feels them, and that no body has the shore's name."""
-    tide = parts.sea is not None and parts.sea.tide is not None
-    for path, given in (("shore", parts.shore is not None), ("sea.tide", tide)):
-        if given and parts.run is not None and (parts.run.detail != "none" or "sea" not in parts.given):
-            yield Problem(path, 'is given, allowed: with run.detail = "none" and a [sea]')
-    if parts.shore is not None and "shore" in parts.names["bodies"]:
-        yield Problem("bodies.shore", "has the name of the [shore], allowed: another name")
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

@@ -27,6 +27,8 @@ Double = NDArray[np.float64]
 HEADROOM = 8.0
 # [d] behind the floor that still belong to the domain; numerical; pressed particles may stand a little inside it
 MARGIN = 1.0
+# [supports] of still water that stay awake around what moves; measured; half of the usual: motion that ends there would end in the rim
+SLEEP_MARGIN = 1.0
 # [1] ids of particles that each window of a run has for itself; numerical; 15 windows of 32 bits, each for hours of a million particles
 IDS = 2**28
 
@@ -56,6 +58,7 @@ class Window:
             gravity=(0.0, 0.0, -gravity),
             dimension=dimension,
             sleep_speed=settings.sleep_speed,
+            sleep_margin=SLEEP_MARGIN,
             **(dict(settings.solver) | {"maximum_time_step": settings.longest_time_step(gravity)}),
         )
         self.fluid = Fluid(config, threads)

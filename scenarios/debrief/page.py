@@ -16,13 +16,13 @@ import matplotlib.image
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
-from scipy.constants import knot
 
 from booms.containment import MODELLED, RESOLVED
 from booms.losses.drainage import suction_limit
 from booms.losses.liquids import OilOnWater
 from booms.resolution import blockage_in_words, skirt_in_words
 from booms.scores import catenary_parameter, skirt_drag_coefficient, tow_force
+from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.exercise import BoomDescription
 from recordings.pictures.style import STYLE
@@ -230,7 +230,7 @@ def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]
     )
     radius = catenary_parameter(boom.length, gap)
     area = f"A = {boom.skirt_depth:g} m of skirt × {three_figures(radius)} m, the radius of the apex at a gap ratio of {gap:.2f}"
-    return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / knot:.2f} kn across "
+    return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / KNOT:.2f} kn across "
              "the line between the ends", force_in_words(force)), recorded]  # fmt: skip
 
 
@@ -298,4 +298,4 @@ def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
 
 
 def _knots(speed: float | None) -> str:
-    return "not reached" if speed is None else f"{speed / knot:.2f} kn"
+    return "not reached" if speed is None else f"{speed / KNOT:.2f} kn"

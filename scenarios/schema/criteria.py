@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 from oilsim.quantity import quantity
-from scenarios.problems import Problem, suggestion
+from scenarios.problems import Problem, suggestion, unknown
 from scenarios.schema.parsing.quantity_fields import Section
 
 Deployment = Literal["sweep", "funnel", "containment", "exclusion", "diversion"]
@@ -117,3 +117,29 @@ def criteria_problems(criteria: Mapping[str, CriterionSettings]) -> Iterator[Pro
             yield Problem(f"{key}.series", "is given, allowed: only for a key that the program does not have itself")
         elif good == acceptable:
             yield Problem(key, "has equal limits `good` and `acceptable`, allowed: two different limits")
+
+
+class Fed(Protocol):
+    """A boom that other booms may feed."""
+
+    @property
+    def fed_by(self) -> tuple[str, ...]:
+        """Names of the funnels."""
+
+
+def graded_problems(
+    criteria: Mapping[str, CriterionSettings], booms: Mapping[str, Fed], names: tuple[str, ...]
+) -> Iterator[Problem]:
+    """Yield the criteria of booms, and the funnels, that are none of the booms with these `names`."""
+    for key, criterion in criteria.items():
+        if criterion.boom is not None and criterion.boom not in names:
+            yield Problem(
+                f"criteria.{key}.boom", f"is {criterion.boom!r}, which {unknown(criterion.boom, names, 'boom')}"
+            )
+    for name, boom in booms.items():
+        others = tuple(other for other in names if other != name)
+        for funnel in boom.fed_by:
+            if funnel not in others:
+                yield Problem(
+                    f"booms.{name}.fed_by", f"holds {funnel!r}, which {unknown(funnel, others, 'other boom')}"
+                )

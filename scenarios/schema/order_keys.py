@@ -24,6 +24,7 @@ ORDER_KEYS = (
     "moorings.*.hauled",
     "moorings.*.holding",
     "ties.*.parted",
+    "ties.*.hauled",
     "skimmers.*.running",
     "skimmers.*.nameplate",
     "skimmers.*.storage",

@@ -23,8 +23,10 @@ from oilsim.sea import (
     Turbulence,
     WindDrift,
 )
+from recordings.exercise import GROUND
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.run_settings import RunSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -259,3 +261,18 @@ class SeaSettings(Section):
         from_ground = self.waves is not None and self.waves.seen_from == "ground"
         if from_ground and not isinstance(self.current, SteadySeaCurrent | None):
             yield Problem("waves.seen_from", "is 'ground', allowed: 'water' on a current that changes with time")
+
+
+def shore_problems(
+    shore: ShoreSettings | None,
+    sea: SeaSettings | None,
+    run: RunSettings | None,
+    has_sea: bool,
+    bodies: tuple[str, ...],
+) -> Iterator[Problem]:
+    """Yield a shore or a tide that `run` does not feel, and a body with the name of the ground."""
+    for path, given in (("shore", shore is not None), ("sea.tide", sea is not None and sea.tide is not None)):
+        if given and run is not None and (run.detail != "none" or not has_sea):
+            yield Problem(path, 'is given, allowed: with run.detail = "none" and a [sea]')
+    if shore is not None and GROUND in bodies:
+        yield Problem(f"bodies.{GROUND}", "has the name of the [shore], allowed: another name")

@@ -71,7 +71,7 @@ class WindowTable(Section):
 
 def tables_by_name(data: Any) -> Any:
     """Return the tables of a file's [window] by name: that table itself is one, unless all that it holds are tables."""
-    if isinstance(data, Mapping) and not (data and all(isinstance(entry, Mapping) for entry in data.values())):
+    if isinstance(data, Mapping) and not all(isinstance(entry, Mapping) for entry in data.values()):
         return {ALONE: data}
     return data
 

@@ -50,25 +50,24 @@ def tie_name(tie: str) -> str:
 
 
 def place_ties(scenario: Scenario, booms: Mapping[str, BoomLayout]) -> tuple[PlacedLine, ...]:
-    """Return the ties between booms as laid, except those of booms that could not be laid."""
+    """Return the ties of booms as laid, except those of booms that could not be laid."""
     lines = []
     for name, tie in scenario.ties.items():
-        if all(boom in booms for boom in tie.booms):
-            (one, first), (two, second) = (
-                _boom_joint(booms[boom], joint) for boom, joint in zip(tie.booms, tie.joints, strict=True)
+        if not all(boom in booms for boom in tie.booms):
+            continue
+        fast = [_boom_joint(booms[boom], joint) for boom, joint in zip(tie.booms, tie.joints, strict=True)]
+        one, first = fast[0]
+        two, second = (None, np.array([*tie.place, first[2]])) if tie.place is not None else fast[1]
+        lines.append(
+            PlacedLine(
+                name=tie_name(name),
+                body_a=one,
+                body_b=two,
+                points=np.array([first, second]),
+                stiffness=tie.stiffness,
+                breaking_load=math.inf if tie.breaking_load is None else tie.breaking_load,
             )
-            strength = math.inf if tie.breaking_load is None else tie.breaking_load
-            points = np.array([first, second])
-            lines.append(
-                PlacedLine(
-                    name=tie_name(name),
-                    body_a=one,
-                    body_b=two,
-                    points=points,
-                    stiffness=tie.stiffness,
-                    breaking_load=strength,
-                )
-            )
+        )
     return tuple(lines)
 
 
@@ -79,7 +78,8 @@ def tied_shapes(
 
     hang: the line of a boom without its ties, or ValueError.
     """
-    lines: dict[str, Array | None] = {boom: None for tie in scenario.ties.values() for boom in tie.booms}
+    between = {name: tie for name, tie in scenario.ties.items() if tie.length is not None}
+    lines: dict[str, Array | None] = {boom: None for tie in between.values() for boom in tie.booms}
     if not lines or not all(name in afloat for name in lines):
         return lines
     booms, stream = dict[str, HangingBoom](), 0.0
@@ -96,7 +96,8 @@ def tied_shapes(
             return lines
     ties = [
         Tie(name=name, ends=((tie.booms[0], tie.joints[0]), (tie.booms[1], tie.joints[1])), length=tie.length)
-        for name, tie in scenario.ties.items()
+        for name, tie in between.items()
+        if tie.length is not None
     ]
     try:
         return {**lines, **tied_lines(booms, ties, stream)}

@@ -46,6 +46,7 @@ SCENARIOS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "deploy-and-connect": ("deploy-and-connect", 0.25, 4, ()),
     "v-sweep": ("v-sweep", 0.25, 4, ()),
     "open-apex-follow": ("open-apex-follow", 0.25, 4, ()),
+    "launch-from-slip": ("launch-from-slip", 0.25, 4, ()),
     "shore-seal": ("shore-seal", 0.25, 4, ()),
     "tow-speed-ramp": ("tow-speed-ramp", 0.125, 12, ()),
     "u-sweep": ("u-sweep", 0.12, 12, ("tow.start=0.05",)),

@@ -51,6 +51,12 @@ CREWS = {
         boom="pocket",
         missed="fed",
     ),
+    "launch-from-slip": Crews(
+        good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-66.0'], text='The crew ashore pays out'}",),
+        bad=("injects.pays={at=12.0, orders=['ties.brake.hauled=-20.0'], text='The crew ashore pays out, and stops'}",),
+        boom="main",
+        missed="deployed",
+    ),
     "shore-seal": Crews(
         good=(),
         bad=("booms.main.boom=cfr-rivers",),
@@ -69,7 +75,10 @@ CREWS = {
     ),
     "inlet-exclusion": Crews(
         good=(),
-        bad=("booms.main.ends=[[-30.0, 0.0], [16.0, 0.0]]", "booms.main.length=64.4"),
+        bad=(
+            "booms.main.ends=[[-30.0, 0.0], [2.0, 0.0]]",
+            "booms.main.length=44.8",
+        ),  # it ends in the middle of the inlet
         boom="main",
         missed="clean",
     ),
@@ -123,5 +132,5 @@ def test_every_crew_and_level_is_a_sound_exercise(name: str) -> None:
 def test_every_exercise_has_goal_brief_and_notes() -> None:
     exercises = [load_scenario(name).scenario.exercise for name in library_paths()]
     found = [one for one in exercises if one is not None]
-    assert len(found) >= 12
+    assert len(found) >= 13
     assert all(one.goal.strip() and one.brief.strip() and one.notes.strip() for one in found)

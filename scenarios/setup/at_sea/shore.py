@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from booms.deployment import PlacedBody
 from coupling.bodies import mass_properties
 from coupling.participants.plan_barriers import Beach
+from recordings.exercise import GROUND
 from scenarios.setup.placed_solids import HELD_DENSITY, Solid
 
 # [m] thickness of the ground in pictures
@@ -23,7 +24,7 @@ def shore_solid(beach: Beach, depth: float) -> Solid:
     mesh = trimesh.creation.box((run, beach.width, THICKNESS))
     turn = Rotation.from_euler("z", beach.seaward) * Rotation.from_euler("y", np.arctan(beach.slope))
     placed = PlacedBody(
-        name=beach.name,
+        name=GROUND,
         mesh=mesh,
         mass_properties=mass_properties(mesh, density=HELD_DENSITY),
         position=np.array(beach.waterline) - 0.5 * THICKNESS * np.array(beach.normal),

@@ -41,6 +41,7 @@ SPACINGS = {
     "harbour-1km": 0.25,
     "inlet-exclusion": 0.25,
     "j-sweep-skimmer": 0.25,
+    "launch-from-slip": 0.25,
     "open-apex-follow": 0.25,
     "river-diversion-cascade": 0.25,
     "rock-coating": 0.03,

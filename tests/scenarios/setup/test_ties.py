@@ -10,6 +10,8 @@ import pytest
 
 from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.problems import ScenarioError
+from scenarios.running.apply_orders import give_orders
+from scenarios.running.assembly import build
 from scenarios.running.plan import Plan
 from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.layout import Layout, lay_out
@@ -89,3 +91,23 @@ def test_a_tie_is_cast_off_by_an_order_and_stays_so() -> None:
     assert cast.scenario_at(3).ties["aft"].parted
     with pytest.raises(ScenarioError, match="because the tie has parted"):
         cast.ordered(["ties.aft.parted=false"], 4)
+
+
+def test_a_boom_is_paid_out_from_a_winch_ashore_at_its_speed() -> None:
+    assembly = build(load_scenario("launch-from-slip").scenario)
+    simulation, lines = assembly.co_simulation(), assembly.world.lines
+    simulation.initialize()
+    plan, laid = Plan(scenario=assembly.scenario), lines.length("ties/brake")
+    give_orders(assembly, plan.ordered(["ties.brake.hauled=-0.3"], 0).scenario_at(0))
+    simulation.step()
+    assert lines.length("ties/brake") - laid == pytest.approx(0.4 * 0.2)
+    simulation.run(1.0)
+    assert lines.length("ties/brake") - laid == pytest.approx(0.3)
+    simulation.terminate()
+    assert assembly.fleet.tensions_of("main")["end-0"] == "ties/brake"
+
+
+def test_a_tie_has_two_booms_or_one_and_a_place() -> None:
+    told = refused("launch-from-slip", ["ties.brake.length=3.0", "ties.brake.joints=[0, 3]"])
+    assert "ties.brake.length is given beside place" in told
+    assert "ties.brake.joints has 2 entries, allowed: 1 with place" in told
