@@ -144,7 +144,8 @@ class BoomDesign:
     """A boom as it is ordered: its size and its reserve buoyancy, from which `boom` sizes the float.
 
     length, segment_count, skirt_depth, freeboard, float_shape, ballast_fraction, water_density: see `Boom`;
-    buoyancy_to_weight: gross, volume of the whole boom over the volume that displaces its weight; skirt_thickness [m]: as built.
+    buoyancy_to_weight: gross, volume of the whole boom over the volume that displaces its weight; skirt_thickness [m]: as built;
+    base_width [m]: of the two tubes full of water of a shore-sealing boom, which take the place of skirt and ballast.
     """
 
     length: float = quantity_of(Boom, "length")
@@ -156,6 +157,7 @@ class BoomDesign:
     float_shape: FloatShape = "cylinder"
     ballast_fraction: float = quantity_of(Boom, "ballast_fraction")
     water_density: float = quantity_of(Boom, "water_density")
+    base_width: float | None = quantity("m", default=None, above=0.0)
 
     def __post_init__(self) -> None:
         require("boom", BoomDesign, vars(self))
@@ -167,6 +169,8 @@ class BoomDesign:
         freeboard + e. The ratio falls from a largest value, at which the skirt alone displaces the weight, as e grows.
         ValueError for a ratio that no float of this freeboard and skirt has.
         """
+        if self.base_width is not None:
+            return self._on_tubes(self.base_width)
         smallest, largest = 1e-3 * self.freeboard, 0.95 * self.skirt_depth
         highest, lowest = (section_buoyancy_to_weight(self._with_draft(e)) for e in (smallest, largest))
         wanted = self.buoyancy_to_weight
@@ -177,6 +181,31 @@ class BoomDesign:
             )
         draft = _bisect(lambda e: wanted - section_buoyancy_to_weight(self._with_draft(e)), smallest, largest)
         return replace(self._with_draft(draft), length=self.length, segment_count=self.segment_count)
+
+    def _on_tubes(self, width: float) -> Boom:
+        """Return a boom of a box of that width [m]: water-filled tubes below the waterline, an air tube above; its weight is the water's.
+
+        ValueError for another buoyancy_to_weight than that of this section, (freeboard + skirt_depth) / skirt_depth.
+        """
+        ratio = (self.freeboard + self.skirt_depth) / self.skirt_depth
+        if not math.isclose(self.buoyancy_to_weight, ratio, rel_tol=1e-3):
+            raise ValueError(
+                f"buoyancy_to_weight is {self.buoyancy_to_weight:g}, allowed with base_width: {ratio:.4g}, because the tubes weigh"
+                " what they displace"
+            )
+        return Boom(
+            length=self.length,
+            segment_count=self.segment_count,
+            skirt_depth=self.skirt_depth,
+            freeboard=self.freeboard,
+            float_width=width,
+            float_draft=0.5 * self.skirt_depth,
+            skirt_thickness=width,
+            design_skirt_thickness=width,
+            float_shape="box",
+            ballast_fraction=self.ballast_fraction,
+            water_density=self.water_density,
+        )
 
     def _with_draft(self, float_draft: float) -> Boom:
         """Return a boom of this section with a float of that draft [m], long enough for any that is tried."""

@@ -26,7 +26,7 @@ Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net"]
 class CatalogueBoom:
     """A boom of the catalogue.
 
-    skirt_depth, freeboard [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] from connector to connector;
+    skirt_depth, freeboard, base_width [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] between connectors;
     strength, connector_strength [N] at which it and its connectors part; maximum_speed_kn [kn]. A figure is None if it is not known.
     assumed: names of the figures that are usual ones, not the source's; lacking: parts that are not modelled, so that it cannot be laid.
     """
@@ -40,6 +40,7 @@ class CatalogueBoom:
     freeboard: float | None = None
     buoyancy_to_weight: float | None = None
     ballast_fraction: float = 0.35
+    base_width: float | None = None
     section_length: float | None = None
     connector: str = ""
     strength: float | None = None
@@ -64,6 +65,7 @@ class CatalogueBoom:
             buoyancy_to_weight=self.buoyancy_to_weight,
             skirt_thickness=0.005,
             ballast_fraction=self.ballast_fraction,
+            base_width=self.base_width,
             water_density=water_density,
         ).boom()
 

@@ -8,12 +8,14 @@ which tan(psi) = s / a, with psi the angle to the gap's direction and s the leng
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
 from booms.segments import BoomSegment, boom_segment
@@ -46,11 +48,11 @@ class PlacedJoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedLine:
-    """An elastic line from body_a to body_b, made fast at points (2, 3) [m] of the world; stiffness EA and breaking load [N]."""
+    """An elastic line from body_a to body_b (None: the world), fast at points (2, 3) [m] of the world; stiffness EA, breaking load [N]."""
 
     name: str
     body_a: str
-    body_b: str
+    body_b: str | None
     points: Array
     stiffness: float
     breaking_load: float = math.inf
@@ -193,6 +195,20 @@ def _hanging(middle: Array, parameter: float, along: float) -> Array:
     return np.asarray(np.arctan((middle - apex) / parameter))
 
 
+def line_in_stream(boom: Boom, start: tuple[float, float], end: tuple[float, float], stream: float) -> Array:
+    """Return the joints (segment_count + 1, 2) [m] of a boom that hangs from `start` to `end` [m] in a stream to `stream` [rad].
+
+    Raises ValueError for ends that no such boom has (see `stream_chain`).
+    """
+    down = np.array([math.cos(stream), math.sin(stream)])
+    way = (np.array(end) - np.array(start)) / boom.length
+    along = float(way @ down)
+    aside = way - along * down
+    across = float(np.linalg.norm(aside))
+    chain = boom.length * stream_chain(boom.segment_count, across, along)
+    return np.asarray(np.array(start) + chain[:, :1] * (aside / max(across, 1e-12)) + chain[:, 1:] * down)
+
+
 def lay_in_stream(
     boom: Boom,
     start: tuple[float, float],
@@ -206,14 +222,36 @@ def lay_in_stream(
 
     Raises ValueError for ends that no such boom has (see `stream_chain`), or so near that neighbours turn beyond `Boom.maximum_turn`.
     """
-    down = np.array([math.cos(stream), math.sin(stream)])
-    way = (np.array(end) - np.array(start)) / boom.length
-    along = float(way @ down)
-    aside = way - along * down
-    across = float(np.linalg.norm(aside))
-    chain = boom.length * stream_chain(boom.segment_count, across, along)
-    line = np.array(start) + chain[:, :1] * (aside / max(across, 1e-12)) + chain[:, 1:] * down
+    return _layout(boom, line_in_stream(boom, start, end, stream), water_level, name)
+
+
+def lay_along(boom: Boom, line: Array, *, water_level: float, name: str = "boom") -> BoomLayout:
+    """Lay a boom along a line of joints (segment_count + 1, 2) [m]; ValueError where neighbours turn beyond `Boom.maximum_turn`."""
     return _layout(boom, line, water_level, name)
+
+
+def lay_aground(layout: BoomLayout, ground: Callable[[Array], Array], water_level: float) -> BoomLayout:
+    """Return a boom as laid afloat, with its skirt on the ground wherever that lies higher than the skirt's foot.
+
+    ground: returns heights (N,) [m] at places (N, 2) [m]; water_level [m]. Segments follow the slope along the boom.
+    """
+    boom = layout.boom
+    points = np.array([layout.end_points[0], *(joint.point for joint in layout.joints), layout.end_points[1]])
+    lift = np.maximum(ground(points[:, :2]) + boom.skirt_depth - water_level, 0.0)
+    if not lift.any():
+        return layout
+    points[:, 2] += lift
+    pitch = np.arctan2(np.diff(lift), boom.segment_length)
+    segments = tuple(
+        replace(
+            one,
+            position=one.position + np.array([0.0, 0.0, 0.5 * (lift[k] + lift[k + 1])]),
+            orientation=(Rotation.from_quat(one.orientation) * Rotation.from_euler("y", -pitch[k])).as_quat(),
+        )
+        for k, one in enumerate(layout.segments)
+    )
+    joints = tuple(replace(joint, point=point) for joint, point in zip(layout.joints, points[1:-1], strict=True))
+    return replace(layout, segments=segments, joints=joints, end_points=points[[0, -1]])
 
 
 def lay_u(

@@ -1,4 +1,4 @@
-"""Draw the pictures of the guide "Conduct an exercise": the instructor's page and a crew's at three moments, in a real browser.
+"""Draw the pictures of the guide "Conduct an exercise": the instructor's page and a crew's at three moments, and a branch beside its run.
 
 `python docs/conduct_pictures.py [FOLDER]` needs Playwright and a Chromium. It writes conduct-instructor-1.webp and more into docs/pictures.
 """
@@ -82,6 +82,11 @@ def draw(instructor: sync_api.Page, crew: sync_api.Page, folder: Path) -> None:
     sync_api.expect(instructor.locator("#view-debrief iframe")).to_have_count(1, timeout=PATIENCE)
     instructor.wait_for_timeout(5000)
     shoot(instructor, folder / "conduct-instructor-3.webp")
+    instructor.locator("#what-if-less").fill("0.1")
+    instructor.get_by_role("button", name="Try").click()
+    sync_api.expect(instructor.locator("#view-debrief iframe")).to_have_count(2, timeout=2 * PATIENCE)
+    instructor.wait_for_timeout(5000)
+    shoot(instructor, folder / "conduct-branch.webp")
 
 
 def main(folder: Path) -> None:

@@ -16,8 +16,17 @@ from scenarios.cli import main
 
 FOLDER = Path(__file__).with_name("pictures")
 SIZE = (1200, 750)
+WINDOW = (
+    "run.detail=window", "run.communication_step=0.05", "fluid.particle_spacing=0.08", "fluid.sleep_speed=0.03", "window.target=main",
+    "window.size=[3.2, 3.2]", "window.depth=0.6", "window.rim=0.6",
+)  # fmt: skip
 RUNS: dict[str, list[str]] = {
     "u-sweep": ["--demo"],
+    "u-sweep-window": [
+        *(part for change in WINDOW for part in ("--set", change)),
+        "--until",
+        "13",
+    ],
     "calm-spread": ["--set", "fluid.particle_spacing=0.05", "--until", "4"],
     "wind-drift": ["--set", "fluid.particle_spacing=0.05", "--until", "4"],
     "rock-coating": ["--demo"],
@@ -32,7 +41,9 @@ RUNS: dict[str, list[str]] = {
 def make(name: str, folder: Path) -> None:
     """Run one scenario and draw it."""
     recording = folder / f"{name}.rrd"
-    code = main(["run", name, *RUNS[name], "--threads", "1", "--overwrite", "--record", str(recording)])
+    code = main(
+        ["run", name.removesuffix("-window"), *RUNS[name], "--threads", "1", "--overwrite", "--record", str(recording)]
+    )
     if code != 0:
         raise SystemExit(f"{name} ended with {code}")
     whole = folder / f"{name}.png"

@@ -112,6 +112,7 @@ class FluidConfig:
     maximum_time_step      [s]; None (default): `longest_time_step` takes it from the spacing, 10 ms at 5 cm, 20 ms at 20 cm
     cfl                    lambda of Eq. 30
     sleep_speed            speed [m/s] below which whole regions fall asleep (`sleeping_regions`); 0: none ever does
+    sleep_margin           [supports] of still water at least that stay awake between sleeping and moving water, and width of a region
     """
 
     particle_spacing: float = quantity("m", above=0.0)
@@ -135,6 +136,7 @@ class FluidConfig:
     maximum_time_step: float | None = quantity("s", default=None, at_least=SHORTEST_STEP)
     cfl: float = quantity("", default=0.4, at_least=1e-3, at_most=1.0)
     sleep_speed: float = quantity("m/s", default=0.0, at_least=0.0)
+    sleep_margin: float = quantity("supports", default=2.0, at_least=1.0, at_most=10.0)
 
     def __post_init__(self) -> None:
         problems = list(self._of_another_kind()) or [*self._out_of_range(), *self._at_odds()]

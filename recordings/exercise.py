@@ -11,6 +11,7 @@ from typing import Any
 import cattrs
 
 Point3 = tuple[float, float, float]
+GROUND = "shore"  # name of the body that is the ground of a shore: pictures do not frame it, and maps leave it out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,8 +26,9 @@ class BoomDescription:
     joint_points     both ends of a segment in its own frame [m]
     full_tension     [N] at which the colour scale of the boom ends: the bollard pull of the vessels that tow it, or the tension of a
                      boom between fixed ends by formula at 0.7 knots
-    deployment       kind of exercise: "sweep", "containment", "exclusion" or "diversion"
+    deployment       kind of exercise: "sweep", "funnel", "containment", "exclusion" or "diversion"
     blockage         part [-] of the water's section that the boom, and what tows it, fill across their way; 0 if it was not recorded
+    fed_by           names of the funnels whose oil it is to meet
     """
 
     name: str
@@ -40,6 +42,7 @@ class BoomDescription:
     full_tension: float
     deployment: str = "sweep"
     blockage: float = 0.0
+    fed_by: tuple[str, ...] = ()
 
     @property
     def apex(self) -> str:

@@ -15,6 +15,7 @@ WATER: Color = (64, 140, 196, 255)
 OIL: Color = (48, 28, 12, 255)
 WALL: Color = (150, 150, 155, 255)
 SEA: Color = (72, 148, 186, 255)  # by day
+CLEAR_WATER: Color = (72, 148, 186, 120)  # of a tank
 NAME: Color = (184, 70, 0, 255)  # on light and on dark ground
 LIMIT: Color = (200, 40, 40, 255)
 FORCE: Color = (214, 40, 110, 255)

@@ -20,12 +20,15 @@ class SurfaceFrame:
     x (N,), y (M,)  [m] grid lines, increasing
     height (N, M)   [m] float32, in the world
     box             [m] the part in which a film is shown: x and y from, x and y to
+    is_clear        whether bodies and oil under it are seen through it, as in a tank, whose outermost lines are the water's sides; a
+                    sea's hides them
     """
 
     x: npt.NDArray[np.float64]
     y: npt.NDArray[np.float64]
     height: npt.NDArray[np.float32]
     box: tuple[float, float, float, float]
+    is_clear: bool = False
 
     def __post_init__(self) -> None:
         wanted = (len(self.x), len(self.y))
@@ -48,10 +51,12 @@ class SurfaceFrame:
     @property
     def brightness(self) -> npt.NDArray[np.float32]:
         """Daylight (N M,) [1] on the surface: up to 1 towards the sun, less away from it."""
-        slopes = np.gradient(self.height.astype(np.float64), self.x, self.y)
+        rim = 1 if self.is_clear else 0  # sides are as bright as the surface beside them
+        inner = slice(rim, -rim or None)
+        slopes = np.gradient(self.height[inner, inner].astype(np.float64), self.x[inner], self.y[inner])
         normal = np.stack([-_RELIEF * slopes[0], -_RELIEF * slopes[1], np.ones_like(slopes[0])], axis=-1)
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        light = np.clip(_FLAT * (normal @ _LIGHT) / _LIGHT[2], _DIMMEST, 1.0)
+        light = np.pad(np.clip(_FLAT * (normal @ _LIGHT) / _LIGHT[2], _DIMMEST, 1.0), rim, mode="edge")
         return np.asarray(light.ravel(), dtype=np.float32)
 
 

@@ -17,7 +17,7 @@ from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
-from scenarios.schema.criteria import CriterionSettings, criteria_problems
+from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, line_problems, segment_names
 from scenarios.schema.faults import FaultSettings, fault_problems
 from scenarios.schema.fmu_settings import FmuSettings
@@ -34,14 +34,14 @@ from scenarios.schema.liquid import (
     SphereFill,
     Tank,
 )
-from scenarios.schema.moorings import MooringSettings, mooring_problems
+from scenarios.schema.moorings import MooringSettings, TieSettings, mooring_problems, tie_problems
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings
-from scenarios.schema.sea import SeaSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings, shore_problems
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
-from scenarios.schema.window import WindowTable
+from scenarios.schema.window import WindowTable, window_place
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
@@ -55,6 +55,7 @@ NAMED_TABLES = (
     "vessels",
     "booms",
     "moorings",
+    "ties",
     "skimmers",
     "injects",
     "criteria",
@@ -77,14 +78,16 @@ class Parts:
     fill: Mapping[str, Fill] = field(default_factory=dict)
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     forcing: ForcingSettings | None = None
-    window: WindowTable | None = None
+    window: Mapping[str, WindowTable] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
+    ties: Mapping[str, TieSettings] = field(default_factory=dict)
     skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     sea: SeaSettings | None = None
+    shore: ShoreSettings | None = None
     injects: Mapping[str, InjectSettings] = field(default_factory=dict)
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
@@ -97,9 +100,11 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from _names(parts)
     yield from _references(parts)
     yield from mooring_problems(parts.moorings, parts.booms, parts.names)
+    yield from tie_problems(parts.ties, parts.booms, parts.names["booms"])
     yield from line_problems(parts.vessels, parts.booms)
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
+    yield from graded_problems(parts.criteria, parts.booms, parts.names["booms"])
     duration = None if parts.run is None else parts.run.duration
     yield from (problem.below("faults") for problem in fault_problems(parts.faults, duration))
     yield from _meshes(parts)
@@ -108,6 +113,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
     yield from _skimmers(parts)
+    yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
@@ -130,27 +136,50 @@ def body_names(parts: Parts) -> tuple[str, ...]:
 
 
 def _window(parts: Parts) -> Iterator[Problem]:
-    """Yield problems of a window: a run that asks for one and has none, its target, its size, and particles coarser than a skirt."""
-    window, is_used = parts.window, parts.run is not None and parts.run.detail == "window"
+    """Yield problems of windows: a run that asks for one and has none, and what each may not be."""
+    is_used = parts.run is not None and parts.run.detail == "window"
     if is_used and "window" not in parts.given:
         yield Problem("run.detail", 'is "window", allowed: with a table [window], or "particles" or "none"')
-    if window is None:
-        return
+    if is_used and parts.run is not None and parts.run.budget:
+        yield Problem(
+            "run.budget", 'is true, allowed with run.detail = "window": false; a window keeps no account of causes'
+        )
+    if is_used and parts.fluid is not None:
+        yield from _sea_decides(parts.fluid)
+    for name, window in parts.window.items():
+        place = window_place(name, parts.window)
+        if not re.fullmatch(NAME_PATTERN, name):
+            yield Problem("window", f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
+        yield from _one_window(place, window, parts, is_used)
+
+
+def _one_window(place: str, window: WindowTable, parts: Parts, is_used: bool) -> Iterator[Problem]:
+    """Yield problems of the window described at a `place` of the file: its target, its size, and particles coarser than a skirt."""
     targets = (*parts.names["booms"], *parts.names["vessels"], *parts.names["bodies"])
     if isinstance(window.target, str) and window.target not in targets:
         text = unknown(window.target, targets, "boom, vessel or body")
-        yield Problem("window.target", f"is {window.target!r}, which {text}; or a place [x, y]")
+        yield Problem(f"{place}.target", f"is {window.target!r}, which {text}; or a place [x, y]")
     if parts.fluid is None:
         return
-    yield from window.problems_with(parts.fluid)
+    yield from (problem.below(place) for problem in window.problems_with(parts.fluid))
     if isinstance(window.detail, str):
         return
-    place = "fluid.particle_spacing" if window.detail is None else "window.detail"
-    spacing = parts.fluid.particle_spacing if window.detail is None else window.detail
+    spacing = window.spacing(parts.fluid)
+    key = "fluid.particle_spacing" if window.detail is None else f"{place}.detail"
     for name, boom in parts.booms.items() if is_used else ():
         if boom.skirt_depth < spacing:
             text = f"is {spacing:g} m, allowed in a window: up to the skirt of boom {name!r}, {boom.skirt_depth:g} m"
-            yield Problem(place, text)
+            yield Problem(key, text)
+
+
+def _sea_decides(fluid: FluidSettings) -> Iterator[Problem]:
+    """Yield settings of [fluid] that a window cannot have."""
+    if fluid.scheme != "split":
+        yield Problem("fluid.scheme", f'is {fluid.scheme!r}, allowed in a window: "split"')
+    if fluid.interfacial_tension:
+        yield Problem("fluid.interfacial_tension", "is true, allowed in a window: false")
+    if any(fluid.gravity[:2]) or fluid.gravity[2] >= 0.0:
+        yield Problem("fluid.gravity", f"is {fluid.gravity}, allowed in a window: straight down, as that of the sea")
 
 
 def _names(parts: Parts) -> Iterator[Problem]:

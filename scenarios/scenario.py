@@ -21,12 +21,12 @@ from scenarios.schema.faults import FaultSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
-from scenarios.schema.moorings import MooringSettings
+from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import CameraSettings, Level, RecordingSettings, RunSettings, SiteSettings
-from scenarios.schema.sea import SeaSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.training import ExerciseSettings
 from scenarios.schema.weather import ForcingSettings
 from scenarios.schema.window import WindowTable
@@ -40,6 +40,7 @@ class Scenario(Section):
 
     name    name of the scenario; title: one line; text: what the scenario shows, and its source
     fill    liquid at the start, in order
+    window  boxes of particles by name; in a file, one box may be the table [window] itself
     demo    changes that make a run short, nested like the file; ``oilsim run NAME --demo`` applies them
     level   "easy", "normal" or "hard"; reading a file applies the changes that `levels` has under that name
     levels  changes that make the exercise easier or harder, under ``easy`` and ``hard``, nested like the file
@@ -57,11 +58,13 @@ class Scenario(Section):
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     forcing: ForcingSettings = field(default_factory=ForcingSettings)
     sea: SeaSettings | None = None
-    window: WindowTable | None = None
+    shore: ShoreSettings | None = None
+    window: Mapping[str, WindowTable] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
     moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
+    ties: Mapping[str, TieSettings] = field(default_factory=dict)
     skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
     tow: TowSettings | None = None
     injects: Mapping[str, InjectSettings] = field(default_factory=dict)
@@ -87,5 +90,5 @@ class Scenario(Section):
         names = {table: tuple(getattr(self, table)) for table in cross_checks.NAMED_TABLES}
         fields = cross_checks.Parts.__dataclass_fields__
         parts = {name: getattr(self, name) for name in fields if name not in ("names", "given")}
-        given = frozenset(name for name, part in parts.items() if part is not None)
+        given = frozenset(name for name, part in parts.items() if part is not None and part != {})
         return cross_checks.Parts(names=names, given=given, **parts)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures, Drivers
+from booms.losses.ways import UNDER_FOOT
 from oilsim.slick.loss_cause import LossCause, Pools
 
 Array = NDArray[np.float64]
@@ -41,7 +42,9 @@ class SlickLosses:
             held[2 * boom.rows.start : 2 * boom.rows.stop] = True
             rows = np.flatnonzero(held & (pools.volume > 0.0))
             if len(rows):
-                total[:, rows] = boom.closures.rates(_drivers(pools, rows), _mean_oil(pools, rows)) * pools.length[rows]
+                rates = boom.closures.rates(_drivers(pools, rows), _mean_oil(pools, rows))
+                rates[np.array(UNDER_FOOT, np.int64)[:, None], np.flatnonzero(pools.is_sealed[rows])] = 0.0
+                total[:, rows] = rates * pools.length[rows]
         return {cause: total[cause] for cause in LossCause if total[cause].any()}
 
 

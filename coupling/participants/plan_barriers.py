@@ -1,4 +1,4 @@
-"""Booms and hulls of rigid bodies, seen in plan: the barriers that a slick meets."""
+"""Booms and hulls of rigid bodies, and a shore, seen in plan: the barriers that a slick meets."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from coupling.rigid.rotations import rotation_matrices
 
 Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
+
+# [m] sides into which a waterline is divided, each with its own room for oil; numerical
+SIDE = 5.0
 
 
 def _placed(poses: Array, points: Sequence[Point]) -> Array:
@@ -28,6 +31,7 @@ class BoomBodies:
     bodies       names of the bodies
     start, end   joints of every segment in its body frame [m]; neighbours meet halfway between theirs
     foot, top    lowest point of the skirt and highest of the float in the body frame [m]; z points up from foot to top
+    seals        whether its foot seals where it lies on the ground, as tubes full of water do (*modelled*)
     """
 
     name: str
@@ -36,6 +40,7 @@ class BoomBodies:
     end: Point
     foot: Point
     top: Point
+    seals: bool = False
 
     def nodes(self, poses: Mapping[str, Array]) -> Array:
         """Return the nodes (S + 1, 2) [m]; poses (7,) [m, 1] by body."""
@@ -73,3 +78,46 @@ class HullBody:
     def outline(self, poses: Mapping[str, Array]) -> Array:
         """Return the outline (N, 2) [m]; poses (7,) [m, 1] by body."""
         return _placed(poses[self.body][None], self.nodes)[0, :, :2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Beach:
+    """A straight shore of one slope.
+
+    waterline  (x, y, z) [m] a point of the waterline at the start; seaward [rad] out to sea; slope [-] rise over run
+    width      [m] half of it to each side; capacity [m3/m] of oil at the waterline
+    """
+
+    waterline: Point
+    seaward: float
+    slope: float
+    width: float
+    capacity: float
+    name: str = "shore"
+
+    @property
+    def out(self) -> Array:
+        """The unit vector (2,) out to sea."""
+        return np.array([np.cos(self.seaward), np.sin(self.seaward)])
+
+    @property
+    def normal(self) -> Point:
+        """The unit normal of the ground, upwards."""
+        x, y = self.slope * self.out
+        length = float(np.sqrt(1.0 + self.slope**2))
+        return float(x) / length, float(y) / length, 1.0 / length
+
+    def height(self, points_xy: Array) -> Array:
+        """Return the height of the ground (N,) [m] at places (N, 2) [m]."""
+        return np.asarray(self.waterline[2] - self.slope * ((points_xy - self.waterline[:2]) @ self.out))
+
+    def outline(self, rise: float) -> Array:
+        """Return the outline (N, 2) [m] of the dry land, when the water stands `rise` [m] above its level at the start."""
+        count = max(1, round(self.width / SIDE))
+        along = np.linspace(-0.5, 0.5, count + 1) * self.width
+        edge = (
+            np.array(self.waterline[:2])
+            - (rise / self.slope) * self.out
+            + along[:, None] * np.array([-self.out[1], self.out[0]])
+        )
+        return np.concatenate([edge, edge[[-1, 0]] - (self.width + abs(rise) / self.slope) * self.out])

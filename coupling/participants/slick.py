@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
-from coupling.participants.plan_barriers import BoomBodies, HullBody
+from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
 from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_cause import LossCause, LossRate, no_loss
 from oilsim.slick.parcels import Parcels, Rows
@@ -30,6 +30,8 @@ Array = npt.NDArray[np.float64]
 
 ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered", "resolved")
 BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s"}
+# [m] between foot and ground that tubes full of water close by giving way; assumed
+SEALING_GAP = 0.05
 IMMERSION = {"draft": "m", "lean": "rad", "freeboard": "m"}
 
 
@@ -40,6 +42,9 @@ class Surface(Protocol):
     def level(self) -> float:
         """Height [m] of the still water."""
 
+    def rise(self, time: float) -> float:
+        """Return the height [m] of the still water at `time` [s] above `level`."""
+
     def elevation(self, xy: Array, time: float) -> Array:
         """Return the height (N,) [m] of the surface at places (N, 2) [m] at `time` [s]."""
 
@@ -48,6 +53,10 @@ class FlatSurface:
     """A surface without waves, at the height 0."""
 
     level = 0.0
+
+    def rise(self, time: float) -> float:
+        """Return 0 [m]."""
+        return 0.0
 
     def elevation(self, xy: Array, time: float) -> Array:
         """Return zeros (N,) [m]."""
@@ -77,7 +86,8 @@ class SlickParticipant:
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
     flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; surface: from
-    which the draft of booms is measured, by default flat at the height 0. `sources` holds the oil that runs out, and may grow between
+    which the draft of booms is measured, by default flat at the height 0; beach: its waterline is an outline of the slick, and booms that
+    seal do so on it. `sources` holds the oil that runs out, and may grow between
     steps. Releases and recovery are calls of the slick, between steps. Raises ValueError for a boom that the slick does not have, or has
     with another number of segments.
     """
@@ -93,12 +103,13 @@ class SlickParticipant:
         loss_rate: LossRate = no_loss,
         water: SurfaceFlow | None = None,
         surface: Surface | None = None,
+        beach: Beach | None = None,
     ) -> None:
         self.particles: OilParticles | None = None
         self.sources: list[SpillSource] = []
         self._name, self._slick, self._surface = name, slick, surface or FlatSurface()
         self._flow, self._water, self._loss_rate = flow, water, loss_rate
-        self._booms, self._hulls = tuple(booms), tuple(hulls)
+        self._booms, self._hulls, self._beach = tuple(booms), tuple(hulls), beach
         self._rows = {boom.name: slick.barriers.rows(boom.name) for boom in booms}
         for boom in booms:
             segments = self._rows[boom.name].stop - self._rows[boom.name].start
@@ -220,6 +231,8 @@ class SlickParticipant:
 
     def _move_barriers(self, time: float) -> None:
         """Tell the slick where the bodies are at `time` [s]."""
+        if self._beach is not None:
+            self._slick.move(self._beach.name, self._beach.outline(self._surface.rise(time)))
         if self._poses is None:
             return
         poses = dict(zip(self.bodies, self._poses, strict=True))
@@ -235,8 +248,13 @@ class SlickParticipant:
             draft=np.maximum(self._surface.elevation(feet[:, :2], time) - feet[:, 2], 0.0),
             lean=boom.lean(poses),
             freeboard=tops[:, 2] - self._surface.elevation(tops[:, :2], time),
-            is_submerged=tops[:, 2] < self._surface.level,
+            is_submerged=tops[:, 2] < self._surface.level + self._surface.rise(time),
+            is_sealed=self._is_sealed(boom, feet),
         )
+
+    def _is_sealed(self, boom: BoomBodies, feet: Array) -> npt.ArrayLike:
+        """Tell which feet (S, 3) [m] of a boom lie tight on the ground."""
+        return self._beach is not None and boom.seals and feet[:, 2] - self._beach.height(feet[:, :2]) <= SEALING_GAP
 
     def save_state(self) -> object:
         """Return the state of slick and sources, and the last poses."""

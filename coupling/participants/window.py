@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -99,12 +99,22 @@ class Shares:
         self.values, self.later, self.turn = saved["values"].copy(), saved["later"].copy(), float(saved["turn"])
 
 
+class KnownShares(Protocol):
+    """The shares of one window, or of several together, in the loads of bodies."""
+
+    names: tuple[str, ...]
+
+    def at(self, time: float) -> Array:
+        """Return the shares (B,) [1], in the order of `names`, at `time` [s]."""
+
+
 class SharedEnvironment:
     """A sea that loads bodies by formulas, each with what a window leaves: 1 - share. Its bodies have the order of `names`."""
 
-    def __init__(self, environment: Environment, names: tuple[str, ...], shares: Shares) -> None:
+    def __init__(self, environment: Environment, names: tuple[str, ...], shares: KnownShares) -> None:
         self.environment, self._shares = environment, shares
         self._rows = np.array([shares.names.index(name) for name in names], int)
+        self.sea = getattr(environment, "sea", None)  # whom helmsmen and pictures ask for current and surface
 
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
         """Return the loads on all bodies; time [s], pose (B, 7) [m, 1], twist (B, 6) [m/s, rad/s]."""
@@ -122,6 +132,9 @@ class WindowParticipant(FluidParticipant):
         self.water_moved = {"out": 0, "back": 0}  # particles
         self._bodies, self._target = dict(bodies), target
         self._offsets = np.array([gauss_points(body.surface.position) for body in bodies.values()]).reshape(-1, 4, 3)
+        self._reach = np.linalg.norm(self._offsets, axis=2).max(
+            1, initial=0.0
+        )  # [m] of those points from the bodies' middles
         self._handles: dict[str, int] = {}
         self._steady = np.zeros((len(bodies), 6))  # the same, smoothed over some steps
         self._last = np.zeros(
@@ -153,15 +166,38 @@ class WindowParticipant(FluidParticipant):
         self.shares.announce(self._shares_of(later), time + step_size)
         return StepResult(Status.OK, time + step_size)
 
+    def take(self, inputs: Mapping[str, Array], inverse_mass: Array | None) -> None:
+        """Take all inputs for the next step from whoever has checked them: those of the bodies by name, and their common inverse mass."""
+        self._inputs, self._joint_inverse_mass = dict(inputs), inverse_mass
+
     def _all(self, what: str, size: int) -> Array:
         """Return an input of all bodies (B, size)."""
         return np.array([self._inputs[f"{name}.{what}"] for name in self._bodies]).reshape(-1, size)
 
     def _sea_over(self, pose: Array, twist: Array, time: float, ahead: float) -> LocalMotion:
-        """Return the sea over the bodies where they will be `ahead` [s] of `time`."""
-        turns = np.array([rotation_matrix(one[3:]) for one in pose]).reshape(-1, 3, 3)
-        offsets = np.einsum("bij,bkj->bki", turns, self._offsets)
-        return local_motion(self.window.motion, pose[:, :3] + ahead * twist[:, :3], offsets, time + ahead)
+        """Return the sea over the bodies where they will be `ahead` [s] of `time`; of bodies far from the window, none, in its rim."""
+        place, count = pose[:, :3] + ahead * twist[:, :3], len(pose)
+        near = self._near(place, time + ahead)
+        turns = np.array([rotation_matrix(one[3:]) for one in pose[near]]).reshape(-1, 3, 3)
+        offsets = np.einsum("bij,bkj->bki", turns, self._offsets[near])
+        far = np.append(self.window.rim.center + 0.5 * np.array(self.window.rim.size), 0.0)
+        whole = LocalMotion(
+            np.zeros((count, 3)), np.zeros((count, 6)), np.tile(np.eye(3), (count, 1, 1)), np.tile(far, (count, 4, 1))
+        )
+        for every, part in zip(
+            whole, local_motion(self.window.motion, place[near], offsets, time + ahead), strict=True
+        ):
+            every[near] = part
+        return whole
+
+    def _near(self, place: Array, time: float) -> npt.NDArray[np.int64]:
+        """Return the rows of the bodies at `place` (B, 3) [m] that are in the window, or may be when the sea has moved them."""
+        motion, along = self.window.motion, list(self.window.rim.along)
+        offset = place[:, along] - (self.window.rim.center + motion.travel(time)[:2])[along]
+        reach = 0.5 * np.array(self.window.rim.size)[along] + motion.farthest + self._reach[:, None]
+        near = (np.abs(offset) < reach).all(1)
+        near[self._met] = True
+        return np.flatnonzero(near)
 
     def _shares_of(self, now: LocalMotion) -> Array:
         """Return every body's share (B,); one far away is in none of the images of the box, which repeats."""

@@ -64,10 +64,10 @@ class Pairs(NamedTuple):
 class CellOrder(NamedTuple):
     """Particles by cell: those of cell c are order[cell_start[c] : cell_start[c + 1]].
 
-    order (M,) uint32; cell_start (cells + 1,) uint32.
+    order (M,) uint32, None where that is the order in which they lie; cell_start (cells + 1,) uint32.
     """
 
-    order: Index
+    order: Index | None
     cell_start: Index
 
 
@@ -263,15 +263,15 @@ class NeighborSearch:
         self.grid = wide
         return True
 
-    def order_by_cell(self, position: Real, count: int | None = None) -> CellOrder:
-        """Sort the first `count`, or all, of the positions (3, N) [m] by cell; the order is stable."""
+    def order_by_cell(self, position: Real, count: int | None = None) -> tuple[Index, Index]:
+        """Sort the first `count`, or all, of the positions (3, N) [m] by cell; return the stable order, and each cell's start in it."""
         count = position.shape[1] if count is None else count
         cell = np.empty(count, np.uint32)
         order = np.empty(count, np.uint32)
         cell_start = np.empty(self.grid.cell_count + 1, np.uint32)
         self._team.run(assign_cells, count, position, self.grid, cell)
         count_sort(cell, cell_start, order)
-        return CellOrder(order, cell_start)
+        return order, cell_start
 
     def surroundings(self, position: Real, base: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
         """Return (cells,) uint8, 1 in the cells from which one of `position` (3, M) [m] can be reached and in those of `base`."""

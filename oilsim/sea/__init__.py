@@ -14,6 +14,7 @@ from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LangmuirCells
 from oilsim.sea.regular_waves import RegularWaves
+from oilsim.sea.tide import Tide
 from oilsim.sea.turbulence import Turbulence
 from oilsim.sea.wind_stress import WindDrift
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CurrentProfile", "FlowTable", "JonswapWaves", "KaimalGusts", "Kinematics", "LangmuirCells", "RegularWaves", "Sea",
-    "SeaDescription", "SteadyFlow", "TidalFlow", "Turbulence", "WindDrift", "WindField",
+    "SeaDescription", "SteadyFlow", "TidalFlow", "Tide", "Turbulence", "WindDrift", "WindField",
 ]  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LangmuirCells
 from oilsim.sea.regular_waves import RegularWaves
+from oilsim.sea.tide import Tide
 from oilsim.sea.turbulence import Turbulence
 from oilsim.sea.wave_components import StillWater
 from oilsim.sea.wind_stress import WindDrift
@@ -85,6 +86,7 @@ class SeaDescription:
     wind        WindField, or None
     langmuir    LangmuirCells, or None; they need wind and waves
     turbulence  Turbulence, or None
+    tide        Tide, or None: the surface stays at `level`, but for its waves
     Raises ValueError for values that are not allowed; `oilsim.sea.Sea` raises it for waves that cannot be.
     """
 
@@ -97,6 +99,7 @@ class SeaDescription:
     wind: WindField | None = None
     langmuir: LangmuirCells | None = None
     turbulence: Turbulence | None = None
+    tide: Tide | None = None
     build_up: float = quantity("s", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:
@@ -109,6 +112,7 @@ class SeaDescription:
         yield from of_kind("wind", self.wind, WindField, none)
         yield from of_kind("langmuir", self.langmuir, LangmuirCells, none)
         yield from of_kind("turbulence", self.turbulence, Turbulence, none)
+        yield from of_kind("tide", self.tide, Tide, none)
         if self.langmuir is not None and (self.wind is None or self.waves is None):
             yield "langmuir is given without wind and waves, allowed: with both, which make the cells"
 

@@ -75,6 +75,15 @@ class Sea:
         """Height of the still water [m] in the world."""
         return self.description.level
 
+    def rise(self, time: float) -> float:
+        """Return the height [m] of the still water at `time` [s] above `level`, by the tide."""
+        tide = self.description.tide
+        return 0.0 if tide is None else tide.rise(time)
+
+    def still_level(self, time: float) -> float:
+        """Return the height [m] of the still water in the world at `time` [s]."""
+        return self.level + self.rise(time)
+
     @property
     def components(self) -> WaveComponents:
         """The regular waves that the sea is made of, (M,) each: [m], [1/m], [rad/s], [rad]."""
@@ -83,8 +92,13 @@ class Sea:
     def kinematics(self, xyz: ArrayLike, time: float) -> Kinematics:
         """Evaluate elevation, velocity, acceleration and pressure at points (N, 3) [m] together; it costs as much as one of them."""
         points, shape = _points(xyz, 3, time)
+        rise = self.rise(time)
+        if rise != 0.0:
+            points = points - (0.0, 0.0, rise)
         field = self._wave_field(points, time)
         self._add_currents(field, points, time)
+        if rise != 0.0:
+            field.elevation[:] += rise
         return Kinematics(
             field.elevation.reshape(shape),
             field.velocity.reshape(*shape, 3),
@@ -101,7 +115,7 @@ class Sea:
             add_harmonic(points, waves, phase, second, eta)
         else:
             sum_elevation(points, waves, phase, eta)
-        return (eta + self._water.level).reshape(shape)
+        return (eta + self.still_level(time)).reshape(shape)
 
     def grid_elevation(self, x: Double, y: Double, time: float) -> Double:
         """Return the height of the surface (N, M) [m] at the crossings of grid lines x (N,) and y (M,) [m], increasing.
@@ -117,7 +131,7 @@ class Sea:
             amplitude, phase = np.r_[amplitude, second], np.r_[phase, 2.0 * phase]
             k_x, k_y = np.r_[k_x, 2.0 * k_x], np.r_[k_y, 2.0 * k_y]
         along = _line_factors(lines[: len(x), 0], k_x) * (amplitude * np.exp(-1j * phase))
-        return (along @ _line_factors(lines[len(x) :, 0], k_y).T).real + self._water.level
+        return (along @ _line_factors(lines[len(x) :, 0], k_y).T).real + self.still_level(time)
 
     def velocity(self, xyz: ArrayLike, time: float) -> Double:
         """Return the velocity of the water (N, 3) [m/s] at points (N, 3) [m]."""
@@ -136,7 +150,7 @@ class Sea:
         current, z = self.description.current, np.asarray(z, np.float64)
         if current is None:
             return np.zeros((*z.shape, 2))
-        still = np.clip(z - self._water.level, -self._water.depth, 0.0)
+        still = np.clip(z - self.still_level(time), -self._water.depth, 0.0)
         share = profile(still, self._water.depth, current.shear_exponent)
         return share[..., None] * current.flow.velocity(time)
 

@@ -32,12 +32,14 @@ class Immersion(NamedTuple):
     lean          (S,) [rad] of the skirt from the vertical
     freeboard     (S,) [m] of the top above the local surface, negative under it; infinite for a top that no sea reaches
     is_submerged  (S,) whether the top lies below the still water
+    is_sealed     (S,) whether the foot lies tight on the ground, so that nothing passes under it
     """
 
     draft: ArrayLike
     lean: ArrayLike = 0.0
     freeboard: ArrayLike = math.inf
     is_submerged: ArrayLike = False
+    is_sealed: ArrayLike = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,12 +68,15 @@ class Boom:
 class Outline:
     """The outline of land or of a hull: a polygon of nodes (S, 2) [m]; oil sticks to it up to `capacity` [m3/m].
 
+    carries: whether oil that sticks moves along with it, as with a hull; behind a waterline that falls it stays where it is.
+
     ValueError for an outline that cannot be.
     """
 
     name: str
     nodes: ArrayLike
     capacity: float
+    carries: bool = True
     is_closed = True
 
     def __post_init__(self) -> None:
@@ -92,7 +97,7 @@ def checked_immersion(boom: Boom, immersion: Immersion) -> dict[str, NDArray[Any
     """Return a boom's immersion as arrays (S,) [m, rad] by name; ValueError for another shape, a draft below 0, or no numbers."""
     arrays = {}
     for name, value in immersion._asdict().items():
-        given = np.asarray(value, np.bool_ if name == "is_submerged" else np.float64)
+        given = np.asarray(value, np.bool_ if name.startswith("is_") else np.float64)
         if given.shape not in ((), (boom.segments,)):
             raise ValueError(f"boom {boom.name!r}: {name} has shape {given.shape}, allowed: () or ({boom.segments},)")
         if np.isnan(given).any():
@@ -120,8 +125,8 @@ class Barriers:
     """All barriers of a slick as S segments in one list.
 
     start, end            (S, 2) [m] now; old_start, old_end (S, 2) [m] when the last step began
-    draft, lean, freeboard, is_submerged  (S,) of booms, see `Immersion`
-    capacity              (S,) [m3/m] of outlines, -1 of booms
+    draft, lean, freeboard, is_submerged, is_sealed  (S,) of booms, see `Immersion`
+    capacity              (S,) [m3/m] of outlines, -1 of booms; carries (S,) whether what sticks moves along
     following, preceding  (S,) the segments tied to its end and its start, -1 at a free end
     """
 
@@ -136,7 +141,8 @@ class Barriers:
         self.start, self.end = np.zeros((count, 2)), np.zeros((count, 2))
         self.capacity = np.full(count, -1.0)
         self.draft, self.lean, self.freeboard = np.zeros(count), np.zeros(count), np.full(count, math.inf)
-        self.is_submerged = np.zeros(count, np.bool_)
+        self.is_submerged, self.is_sealed = np.zeros((2, count), np.bool_)
+        self.carries = np.ones(count, np.bool_)
         self.following, self.preceding = np.arange(1, count + 1), np.arange(-1, count - 1)
         first = 0
         for one in barriers:
@@ -144,7 +150,7 @@ class Barriers:
             last = rows.stop - 1
             self.following[last], self.preceding[first] = (first, last) if one.is_closed else (-1, -1)
             if isinstance(one, Outline):
-                self.capacity[rows] = one.capacity
+                self.capacity[rows], self.carries[rows] = one.capacity, one.carries
             else:
                 self._immerse(one, Immersion(one.draft))
             self._place(one, one.nodes)

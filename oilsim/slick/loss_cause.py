@@ -35,7 +35,7 @@ class Pools(NamedTuple):
     draft                 (P,) [m] from the surface down to the skirt's foot
     lean                  (P,) [rad] of the skirt from the vertical
     freeboard             (P,) [m] of the top above the local surface, negative under it; infinite if nothing tells it
-    is_submerged          (P,) whether the top lies below the still water
+    is_submerged          (P,) whether the top lies below the still water; is_sealed (P,) whether the foot lies tight on the ground
     volume                (P,) [m3] held
     volume_per_front      (P,) [m2] held volume over `front`
     front_thickness       (P,) [m] of the oil at the pool's head; thickness (P,) [m] at the segment
@@ -54,6 +54,7 @@ class Pools(NamedTuple):
     lean: Array
     freeboard: Array
     is_submerged: NDArray[np.bool_]
+    is_sealed: NDArray[np.bool_]
     volume: Array
     volume_per_front: Array
     front_thickness: Array

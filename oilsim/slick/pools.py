@@ -85,8 +85,8 @@ def measure_pools(
     reach[pressed] = distance_to(thick[pressed], growth, head[pressed])
     return Pools(
         segment, side, length, front, normal_speed, speed, barriers.draft[segment], barriers.lean[segment],
-        barriers.freeboard[segment], barriers.is_submerged[segment], volume, volume / front, head, thick, reach, density,
-        viscosity, tension, water_density,
+        barriers.freeboard[segment], barriers.is_submerged[segment], barriers.is_sealed[segment], volume, volume / front,
+        head, thick, reach, density, viscosity, tension, water_density,
     )  # fmt: skip
 
 

@@ -40,6 +40,7 @@ def strand(parcels: Parcels, barriers: Barriers, rows: Rows, segment: Rows, alon
 
 
 def carry_stranded(parcels: Parcels, barriers: Barriers) -> None:
-    """Move stranded parcels with their outlines."""
+    """Move stranded parcels with the outlines that carry them."""
     stuck = np.flatnonzero(parcels.state == ParcelState.STRANDED)
+    stuck = stuck[barriers.carries[parcels.place[stuck]]]
     parcels.position[stuck] = barriers.points(parcels.place[stuck], parcels.along[stuck])

@@ -1,9 +1,9 @@
 """Regions of still water fall asleep: their particles keep place and pressure, and cost nothing.
 
-The domain is cut into regions two supports wide. A region is loud while the particles awake in it move at more than the sleep speed (root
-mean square), while a moving body is in it, or right after liquid was added. It falls asleep once it and all regions around it have been
-quiet for SETTLED units of time, and wakes when a region around it is loud. So at least one region of water that is awake and still lies
-between sleeping and moving water, and its motion announces a wave before it arrives.
+The domain is cut into regions `sleep_margin` wide, two supports by default. A region is loud while the particles awake in it move at more
+than the sleep speed (root mean square), while a moving body is in it, or right after liquid was added. It falls asleep once it and all
+regions around it have been quiet for SETTLED units of time, and wakes when a region around it is loud. So at least one region of water that
+is awake and still lies between sleeping and moving water, and its motion announces a wave before it arrives.
 
 Sleeping particles lie behind the others in the state. Water beside them sees water at rest under the pressure that they had: density,
 gradients and the pressure solve count them, and none of them moves. So a motion slower than the sleep speed may be stopped, and a wave that
@@ -29,8 +29,8 @@ from oilsim.state import FluidState
 
 Flags = NDArray[np.bool_]
 
-# [supports] across a region; theory; wider than any step and any neighbourhood
-WIDTH = 2.0
+# [supports] of the region beyond awake water whose particles are listed; theory; those beside it then see all their neighbours
+LISTED = 2.0
 # [t_u] for which a region and those around it must be quiet before it sleeps; numerical; not on record
 SETTLED = 10.0
 
@@ -86,13 +86,13 @@ class SleepingRegions:
     def __init__(self, config: FluidConfig, team: Team) -> None:
         self._team, self._periodic = team, config.periodic
         extent = np.subtract(config.upper, config.lower)
-        cells = np.maximum(1, extent // (WIDTH * config.support_radius)).astype(np.int64)
+        cells = np.maximum(1, extent // (config.sleep_margin * config.support_radius)).astype(np.int64)
         if config.dimension == 2:
             cells[1] = 1
         self._cells = (int(cells[0]), int(cells[1]), int(cells[2]))
         self._lower = tuple(np.float32(low) for low in config.lower)
         self._inverse_width = tuple(np.float32(share) for share in cells / extent)
-        self._square = config.sleep_speed**2
+        self._square, self._rings = config.sleep_speed**2, math.ceil(LISTED / config.sleep_margin)
         self._layout: object = None
         self._quiet = np.zeros(self._cells)
         self._asleep = self._parted = np.zeros(self._cells, bool)  # the second: as particles lie in the state
@@ -142,7 +142,10 @@ class SleepingRegions:
 
     def _part(self, state: FluidState) -> Parting:
         """Divide the particles into awake ones, sleeping ones beside awake regions, and the others, and stop those that sleep."""
-        bordering = self._asleep & with_surroundings(~self._asleep, self._periodic)
+        near = ~self._asleep
+        for _ in range(self._rings):
+            near = with_surroundings(near, self._periodic)
+        bordering = self._asleep & near
         rank = (2 * self._asleep - bordering).astype(np.uint32).ravel()
         self._parted = self._asleep
         order, start = np.empty(state.count, np.uint32), np.empty(4, np.uint32)

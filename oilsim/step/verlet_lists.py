@@ -226,23 +226,28 @@ class VerletLists:
         if skin > 0.0:
             return self._keep(self._build, state, walls)
         near, by_cell = walls.order_moving(moving)
-        position, asleep, count = state.position, self._order_asleep(state), state.listed
+        asleep = self._order_asleep(state)
+        position, count = state.position, state.listed
         fluid = search.list_neighbors("fluid", position, Sorted(position, cell_start), moving=asleep, count=count)
         still = Sorted(walls.position, walls.cell_start)
         wall = search.list_neighbors("walls", position, still, near, by_cell, count=count)
         return fluid, wall
 
     def _order_asleep(self, state: FluidState) -> CellOrder | None:
-        """Return the particles that sleep beside others, by cell; None where none sleeps.
+        """Sort the particles that sleep beside others by cell, once, and return where those of each cell lie; None where none sleeps.
 
         Particles behind them have no row in the arrays of a step, and belong in no list.
         """
         if not state.asleep:
             return None
         if self._sleepers is None:
-            self._sleepers = self._search.order_by_cell(state.position[:, state.awake : state.listed].copy())
-        order, start = self._sleepers
-        return CellOrder(order + np.uint32(state.awake), start)
+            awake, listed = state.awake, state.listed
+            order, start = self._search.order_by_cell(state.position[:, awake:listed].copy())
+            others = np.arange(listed, state.count, dtype=np.uint32)
+            moved = np.concatenate([np.arange(awake, dtype=np.uint32), order + np.uint32(awake), others])
+            state.take(moved, self._team)
+            self._sleepers = CellOrder(None, start + np.uint32(awake))
+        return self._sleepers
 
     def _keep(self, build: Build, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
         """Filter the lists that have expired, after listing candidates if there are none yet."""

@@ -64,7 +64,7 @@ class OilExchange:
 
     def places(self, parcels: Parcels, time: float) -> tuple[Rows, Array]:
         """Return the rows (M,) of resolved parcels, and where their particles are at `time` [s], (M, 3) [m]."""
-        rows = np.flatnonzero(parcels.state == ParcelState.RESOLVED)
+        rows = self._resolved(parcels)
         index = self._index_of(parcels.particle[rows])
         rows, index = rows[index >= 0], index[index >= 0]
         return rows, self.window.motion.in_sea(self._rest(index), time)
@@ -91,7 +91,7 @@ class OilExchange:
         """
         self.surface.measure(time)
         parcels = slick.parcels
-        rows = np.flatnonzero(parcels.state == ParcelState.RESOLVED)
+        rows = self._resolved(parcels)
         if not len(rows):
             return
         index = self._index_of(parcels.particle[rows])
@@ -101,6 +101,11 @@ class OilExchange:
         places = self.window.motion.in_sea(rest, time)
         height = rest[:, 2] - self.window.motion.sea.description.level
         follow_particles(slick, rows, places[:, :2], height, relative)
+
+    def _resolved(self, parcels: Parcels) -> Rows:
+        """Return the rows (M,) of parcels that are particles of this window."""
+        rows = np.flatnonzero(parcels.state == ParcelState.RESOLVED)
+        return rows[self.window.owns(parcels.particle[rows])]
 
     def _index_of(self, ids: Rows) -> Rows:
         """Return where particles (M,) are in the state, -1 for those that are no more."""
@@ -126,7 +131,7 @@ class OilExchange:
         oil = np.flatnonzero(state.phase > 0)
         if not len(oil):
             return
-        resolved = np.flatnonzero(parcels.state == ParcelState.RESOLVED)
+        resolved = self._resolved(parcels)
         in_rim = self.window.rim.inward(state.position[:, oil].T) < self.window.rim.width
         leaving = state.id[oil[in_rim]]
         orphans = ~np.isin(state.id[oil], parcels.particle[resolved])

@@ -37,6 +37,10 @@ class SeaMotion:
         waves = sea.components
         # of this wave the acceleration is minus the displacement of the other
         self._integrated = waves._replace(amplitude=waves.amplitude / np.maximum(waves.frequency, 1e-12) ** 2)
+        depth = sea.description.depth
+        self.farthest = float(
+            (waves.amplitude / np.tanh(waves.wave_number * depth)).sum()
+        )  # [m] that D may be along x or y, at most
 
     @property
     def is_still(self) -> bool:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,11 @@ from oilsim.quantity import quantity, require
 STEPS_A_PERIOD = 20.0
 # [1] share of the size that the rim takes on each side; numerical; half of the box is left in the middle
 RIM_SHARE = 0.25
+# settings of `FluidConfig` that a window takes as they are; its scheme is "split", its gravity that of the sea
+SOLVER_OPTIONS = (
+    "density_tolerance", "divergence_tolerance", "viscosity_tolerance", "density_iterations", "divergence_iterations",
+    "viscosity_iterations", "viscosity_correction", "explicit_viscosity", "minimum_time_step", "maximum_time_step", "cfl",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +34,7 @@ class WindowSettings:
     rim        [m] width of the zone along each side in which disturbances end; None: RIM_SHARE of the smaller size
     sleep_speed  [m/s] below which water sleeps; 0: it never does
     dimension  3, or 2 for a plane case in x and z
+    solver     values of SOLVER_OPTIONS, by name; `FluidConfig` has their units and limits
     Raises ValueError for values that are not allowed.
     """
 
@@ -37,6 +44,7 @@ class WindowSettings:
     rim: float | None = quantity("m", default=None, above=0.0)
     sleep_speed: float = quantity("m/s", default=0.0, at_least=0.0)
     dimension: int = quantity("", default=3, at_least=2, at_most=3, whole=True)
+    solver: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require("window", WindowSettings, vars(self), self._problems())
@@ -49,12 +57,17 @@ class WindowSettings:
             yield f"depth is {self.depth:g} m, allowed: 4 spacings of {self.spacing:g} m or more"
         if not 2.0 * self.width < min(self.sides):
             yield f"rim is {self.width:g} m on each side, allowed: less than half of the size, {0.5 * min(self.sides):g} m"
+        for name in self.solver:
+            if name not in SOLVER_OPTIONS:
+                yield f"solver has {name!r}, allowed: {', '.join(SOLVER_OPTIONS)}"
 
     def longest_time_step(self, gravity: float) -> float:
-        """Return the longest time step [s]: the sea's own waves are none of the particles', only what bodies and oil add is.
+        """Return the longest time step [s]: the one that is set, or else STEPS_A_PERIOD of them in the period of the shortest wave.
 
-        gravity [m/s2].
+        The sea's own waves are none of the particles', only what bodies and oil add is. gravity [m/s2].
         """
+        if self.solver.get("maximum_time_step") is not None:
+            return float(self.solver["maximum_time_step"])
         return math.sqrt(2.0 * math.pi * SHORTEST_WAVE * self.spacing / (gravity or GRAVITY)) / STEPS_A_PERIOD
 
     @property

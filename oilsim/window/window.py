@@ -27,16 +27,20 @@ Double = NDArray[np.float64]
 HEADROOM = 8.0
 # [d] behind the floor that still belong to the domain; numerical; pressed particles may stand a little inside it
 MARGIN = 1.0
+# [supports] of still water that stay awake around what moves; measured; half of the usual: motion that ends there would end in the rim
+SLEEP_MARGIN = 1.0
+# [1] ids of particles that each window of a run has for itself; numerical; 15 windows of 32 bits, each for hours of a million particles
+IDS = 2**28
 
 
 class Window:
     """A fluid in the places at rest of a sea, and the rim around its middle. `fluid` takes bodies, oil and forcings as any other."""
 
     def __init__(
-        self, settings: WindowSettings, sea: Sea, phases: tuple[Phase, ...], threads: int | None = None
+        self, settings: WindowSettings, sea: Sea, phases: tuple[Phase, ...], threads: int | None = None, number: int = 0
     ) -> None:
-        """Fill the window with the first phase, at rest."""
-        self.settings, self.motion = settings, SeaMotion(sea)
+        """Fill the window with the first phase, at rest; `number` tells it from the other windows of a run, by the ids of its particles."""
+        self.settings, self.motion, self.number = settings, SeaMotion(sea), number
         spacing, dimension = settings.spacing, settings.dimension
         level, gravity = sea.description.level, sea.description.gravity
         along = (0, 1) if dimension == 3 else (0,)
@@ -54,9 +58,11 @@ class Window:
             gravity=(0.0, 0.0, -gravity),
             dimension=dimension,
             sleep_speed=settings.sleep_speed,
-            maximum_time_step=settings.longest_time_step(gravity),
+            sleep_margin=SLEEP_MARGIN,
+            **(dict(settings.solver) | {"maximum_time_step": settings.longest_time_step(gravity)}),
         )
         self.fluid = Fluid(config, threads)
+        self.fluid.state.next_id = number * IDS
         walls = tank_walls(lower, upper, spacing, sides=("-z",), periodic=config.periodic, dimension=dimension)
         self.fluid.add_boundary(walls)
         self.rim = Rim(settings.whole_size, settings.width, gravity, along)
@@ -69,6 +75,10 @@ class Window:
         level = self.motion.sea.description.level
         place = np.array([[target[0], target[1], level]])
         self.rim.center = (place - self.motion.travel(time))[0, :2]
+
+    def owns(self, ids: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """Mark ids (N,) of particles that are or were in this window, not in another one of the run."""
+        return np.asarray(ids // np.uint32(IDS) == self.number)
 
     def places(self, time: float) -> Double:
         """Return where all particles are in the sea now, (N, 3) [m], in the order of `fluid.particles`."""

@@ -14,6 +14,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, QhullError
 
 from recordings import entity_paths, palette
+from recordings.exercise import GROUND
 from recordings.frame import BodyFrame, Color, MeshDescription
 from recordings.replay.moments import Moment, placed_vertices
 from recordings.replay.recording import Replay
@@ -45,6 +46,8 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
     for cause, positions in last.lost.items():
         _draw_particles(axes, positions[:, across], run.particle_spacing, palette.cause_color(cause), True)
     for name, mesh in run.meshes.items():
+        if name == GROUND:
+            continue
         if name in first.bodies and _moves(first.bodies[name], last.bodies[name]):
             draw_body(axes, name, mesh, first.bodies[name], across, _FAINT)
         if name in last.bodies:

@@ -135,4 +135,6 @@ def _detail(run: RunDescription) -> str:
     """Say what the water is made of."""
     if run.properties.get("detail") == "none":
         return "no particles: bodies float by formulas (modelled)"
+    if run.properties.get("detail") == "window":
+        return f"a window of particles {1000.0 * run.particle_spacing:g} mm apart, outside it formulas and parcels (modelled)"
     return f"particles {1000.0 * run.particle_spacing:g} mm apart"

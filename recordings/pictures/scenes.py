@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy.spatial import ConvexHull
 
 from recordings import palette
+from recordings.exercise import GROUND
 from recordings.frame import BodyFrame, CameraView, Color, MeshDescription, PhaseDescription, RunDescription
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
 from recordings.replay.moments import Moment, placed_vertices
@@ -80,10 +81,11 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
             canvas.spheres(moment.positions[phase.name], _OIL_RADIUS * run.particle_spacing, color)
     for cause, positions in moment.lost.items():
         canvas.spheres(positions, _LOST_RADIUS * run.particle_spacing, palette.cause_color(cause))
-    if moment.sea is not None:
+    hides_water = moment.sea is not None and not moment.sea.surface.is_clear
+    if moment.sea is not None and hides_water:
         canvas.sea(moment.sea.surface, moment.sea.image, palette.SEA)
     for index, phase in clear:
-        if len(moment.positions.get(phase.name, ())):
+        if len(moment.positions.get(phase.name, ())) and not hides_water:
             color = palette.phase_color(phase, index)
             canvas.water(moment.positions[phase.name], run.particle_spacing, color, _CLEAR_DEPTHS * depth)
     return canvas.image
@@ -140,7 +142,7 @@ def _extent_at_sea(run: RunDescription, moment: Moment) -> Points:
     placed = [
         placed_vertices(mesh.vertices, moment.bodies[name])
         for name, mesh in run.meshes.items()
-        if name in moment.bodies
+        if name in moment.bodies and name != GROUND
     ]
     oil = [moment.positions[name] for name in run.oils if len(moment.positions.get(name, ()))]
     limits = [np.percentile(np.concatenate(oil), [2.0, 98.0], axis=0)] if oil else []

@@ -28,10 +28,13 @@ class DrawnSea:
 def seas_at(replay: Replay, indices: Sequence[int]) -> dict[int, DrawnSea]:
     """Return the sea at some steps, or as last recorded before them; steps without one are left out."""
     shape: list[int] = []
+    is_clear = False
     rows: dict[str, dict[int, npt.NDArray[np.generic]]] = {name: {} for name in _KEPT}
     for chunk in replay.chunks(f"/{entity_paths.SURFACE}"):
         if (lines := read_rows(chunk, "shape")) is not None:
             shape = [int(number) for number in lines.values]
+        if (clear := read_rows(chunk, "clear")) is not None:
+            is_clear = bool(clear.values[0])
         for name, component in _KEPT.items():
             if (found := read_rows(chunk, component)) is not None:
                 rows[name] |= dict(zip(found.index.tolist(), found.split(), strict=True))
@@ -39,7 +42,7 @@ def seas_at(replay: Replay, indices: Sequence[int]) -> dict[int, DrawnSea]:
     for index in indices if shape else ():
         position, box, image = (_last(rows[name], index) for name in ("position", "box", "image"))
         if position is not None and box is not None:
-            seas[index] = DrawnSea(surface=_surface(position, shape, box), image=_image(image))
+            seas[index] = DrawnSea(surface=_surface(position, shape, box, is_clear), image=_image(image))
     return seas
 
 
@@ -50,7 +53,9 @@ def _last(rows: dict[int, npt.NDArray[np.generic]], index: int) -> npt.NDArray[n
     return rows[known[place]] if place >= 0 else None
 
 
-def _surface(position: npt.NDArray[np.generic], shape: Sequence[int], box: npt.NDArray[np.generic]) -> SurfaceFrame:
+def _surface(
+    position: npt.NDArray[np.generic], shape: Sequence[int], box: npt.NDArray[np.generic], is_clear: bool
+) -> SurfaceFrame:
     grid = position.astype(np.float64).reshape(*shape, 3)
     low_x, low_y, high_x, high_y = (float(edge) for edge in box.ravel())
     return SurfaceFrame(
@@ -58,6 +63,7 @@ def _surface(position: npt.NDArray[np.generic], shape: Sequence[int], box: npt.N
         y=grid[0, :, 1],
         height=grid[..., 2].astype(np.float32),
         box=(low_x, low_y, high_x, high_y),
+        is_clear=is_clear,
     )
 
 

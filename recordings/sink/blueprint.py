@@ -24,6 +24,7 @@ def run_blueprint(
     places: Places | None = None,
     *,
     layout: Layout = "recording",
+    has_surface: bool = False,
     has_film: bool = False,
 ) -> rrb.Blueprint:
     """Lay out a recording of ``run``, with diagrams of the series that are recorded.
@@ -31,12 +32,13 @@ def run_blueprint(
     ``places`` are the positions (3,) [m] of the bodies in the first frame. "live" shows the newest frame, from cameras that do not move:
     viewer 0.41 goes too near to a body that it follows if the body's frames arrive later than the layout. "embedded" does the same with
     scenes alone, for a page that has its own diagrams. Otherwise the viewer plays the recording at real speed, in a loop, and its cameras
-    follow. ``has_film``: the oil is shown as a film on the sea's surface, and not as parcels, too.
+    follow. ``has_surface``: water is shown as a surface, and not as particles, too. ``has_film``: so is the oil, as a film on the surface.
     """
     if run.camera is None and places and has_film:  # the viewer's own would show the sea to its horizon
         run = replace(run, camera=overview(places))
     live = layout != "recording"
-    scenes = _scenes(run, places or {}, follow=not live, hidden=_oils(run) if has_film else [])
+    hidden = [*(_waters(run) if has_surface else []), *(_oils(run) if has_film else [])]
+    scenes = _scenes(run, places or {}, follow=not live, hidden=hidden)
     return rrb.Blueprint(
         scenes if layout == "embedded" else rrb.Horizontal(scenes, _beside(run, scalars), column_shares=[5, 2]),
         _time_panel("following", "off") if live else _time_panel("playing", "all"),

@@ -123,8 +123,9 @@ class RerunWriter:
             self._static(entity_paths.scalar(name), appearance.line(name))
         if not self._places:
             self._places = {name: motion[:3] for name, motion in sample.bodies.items()}
-        shown, film = sorted(self._shown_scalars), self._surface.has_film
-        self._stream.send_blueprint(run_blueprint(self._run, shown, self._places, layout=self._layout, has_film=film))
+        shown, surface = sorted(self._shown_scalars), self._surface
+        has = {"has_surface": surface.is_begun, "has_film": surface.has_film}
+        self._stream.send_blueprint(run_blueprint(self._run, shown, self._places, layout=self._layout, **has))
 
     def _write_properties(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write scenario, versions and the recording's settings where the viewer and `replay` look for them."""

@@ -20,7 +20,13 @@ class SurfaceWriter:
     def __init__(self, static: Static, changing: Changing) -> None:
         self._static, self._changing = static, changing
         self._box: tuple[float, ...] = ()
-        self.has_film = False
+        self._lines: tuple[bytes, bytes] | None = None
+        self.has_film = self.is_clear = False
+
+    @property
+    def is_begun(self) -> bool:
+        """True once a surface has been written."""
+        return bool(self._box)
 
     def write(self, samples: Sequence[Sample]) -> None:
         """Write the surfaces of those samples that have one."""
@@ -29,7 +35,7 @@ class SurfaceWriter:
         if not having:
             return
         if not self._box:
-            self.has_film = having[0].film is not None
+            self.has_film, self.is_clear = having[0].film is not None, surfaces[0].is_clear
             self._begin(surfaces[0])
         drawn = rr.Mesh3D.columns(
             vertex_positions=np.concatenate([surface.vertices for surface in surfaces]),
@@ -37,8 +43,9 @@ class SurfaceWriter:
         )
         self._changing(entity_paths.SURFACE, having, [*drawn.partition([surface.height.size for surface in surfaces])])
         for sample, surface in zip(having, surfaces, strict=True):
-            if surface.box != self._box:
-                self._box = surface.box
+            lines = (surface.x.tobytes(), surface.y.tobytes())
+            if surface.box != self._box or lines != self._lines:
+                self._box, self._lines = surface.box, lines
                 places = rr.Mesh3D.columns(vertex_texcoords=surface.places_in_box[:, ::-1].copy())
                 box = rr.AnyValues.columns(box=np.array(surface.box)).partition([4])
                 self._changing(entity_paths.SURFACE, [sample], [*places.partition([surface.height.size]), *box])
@@ -49,9 +56,9 @@ class SurfaceWriter:
     def _begin(self, surface: SurfaceFrame) -> None:
         """Write the triangles, the number of vertices in each direction, and the water's colour where no film has it."""
         shape = (len(surface.x), len(surface.y))
-        color = None if self.has_film else palette.SEA
+        color = None if self.has_film else palette.CLEAR_WATER if self.is_clear else palette.SEA
         faces = rr.Mesh3D.from_fields(triangle_indices=grid_faces(*shape), albedo_factor=color)
-        self._static(entity_paths.SURFACE, faces, rr.AnyValues(shape=list(shape)))
+        self._static(entity_paths.SURFACE, faces, rr.AnyValues(shape=list(shape), clear=[int(self.is_clear)]))
 
 
 def _greys(surface: SurfaceFrame) -> npt.NDArray[np.uint8]:

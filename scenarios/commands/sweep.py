@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from scenarios.commands.options.scenario import add_scenario, overrides
@@ -37,6 +38,12 @@ def register(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the samples (default: 0)")
     parser.add_argument(
+        "--workers",
+        type=int,
+        metavar="N",
+        help="runs at a time on this machine, one thread each (default: a run for each core); 1: one after the other, on all cores",
+    )
+    parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
         help="make the runs on the Dask cluster with this scheduler, for example tcp://host:8786 (needs oilsim[cluster])",
@@ -61,7 +68,8 @@ def _sweep(options: argparse.Namespace) -> int:
         options.scenario, variations, overrides=overrides(options), demo=options.demo, samples=_samples(options)
     )
     folder = options.to or Path(f"{chosen[0].plan.scenario.name}-sweep")
-    return run_sweep(chosen, folder, recorded=options.record, scheduler=options.scheduler)
+    workers = options.workers or len(os.sched_getaffinity(0))
+    return run_sweep(chosen, folder, recorded=options.record, workers=workers, scheduler=options.scheduler)
 
 
 def _require(options: argparse.Namespace) -> None:
@@ -77,6 +85,10 @@ def _require(options: argparse.Namespace) -> None:
         found.append(Problem("--runs", f"is {options.runs}, allowed: only with --range"))
     if options.seed < 0:
         found.append(Problem("--seed", f"is {options.seed}, allowed: 0 or more"))
+    if options.workers is not None and options.workers < 1:
+        found.append(Problem("--workers", f"is {options.workers}, allowed: 1 or more"))
+    if options.scheduler and options.workers is not None:
+        found.append(Problem("--workers", "is given, allowed: without --scheduler, whose workers make the runs"))
     if options.scheduler and options.record:
         found.append(Problem("--record", "is given, allowed: without --scheduler; a cluster's runs leave summaries"))
     if found:

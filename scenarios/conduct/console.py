@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import signal
 import socket
 import webbrowser
@@ -44,18 +45,15 @@ class ConsoleOptions:
 def conduct(errand: Errand, vessels: Sequence[str], options: ConsoleOptions) -> int:
     """Serve the console of `errand` until it is told to stop; return the exit code. OSError for a place that is taken."""
     access = Access(vessels, options.password)
-    with (
-        socket.create_server((options.host, options.port), backlog=BACKLOG) as listener,
-        _scene(options) as viewer,
-    ):
-        host, port = listener.getsockname()[:2]
+    with _listeners(options) as listeners, _scene(options) as viewer:
+        host, port = listeners[0].getsockname()[:2]
         addresses = addresses_of(access, host, port)
         _tell(addresses, errand)
         if options.opens:
             with suppress(webbrowser.Error):
                 webbrowser.open(addresses["instructor"])
         shown = errand if viewer is None else replace(errand, viewer=viewer.feed)
-        asyncio.run(_serve(shown, access, listener, viewer))
+        asyncio.run(_serve(shown, access, listeners, viewer))
     return 0
 
 
@@ -63,6 +61,27 @@ def addresses_of(access: Access, host: str, port: int) -> Mapping[str, str]:
     """Return the address of each role's page."""
     name = socket.gethostname() if host in EVERYWHERE else host
     return {role.name: f"http://{name}:{port}/#{token}" for role, token in access.tokens.items()}
+
+
+@contextmanager
+def _listeners(options: ConsoleOptions) -> Iterator[list[socket.socket]]:
+    """Listen at the place within the block; OSError if it is taken.
+
+    A browser that calls `localhost` may try ::1 first. The console listens there too, so that no other program answers in its place.
+    """
+    with ExitStack() as stack:
+        first = stack.enter_context(socket.create_server((options.host, options.port), backlog=BACKLOG))
+        listeners = [first]
+        if options.host == LOOPBACK:
+            place = ("::1", first.getsockname()[1])
+            try:
+                listeners.append(
+                    stack.enter_context(socket.create_server(place, family=socket.AF_INET6, backlog=BACKLOG))
+                )
+            except OSError as error:
+                if error.errno == errno.EADDRINUSE:
+                    raise  # any other reason: the machine has no IPv6
+        yield listeners
 
 
 @contextmanager
@@ -78,9 +97,9 @@ def _scene(options: ConsoleOptions) -> Iterator[WebViewer | None]:
         yield viewer
 
 
-async def _serve(errand: Errand, access: Access, listener: socket.socket, view: WebViewer | None) -> None:
+async def _serve(errand: Errand, access: Access, listeners: list[socket.socket], view: WebViewer | None) -> None:
     """Serve pages, with the 3-D view `view`, until told to end."""
-    host = listener.getsockname()[0]
+    host = listeners[0].getsockname()[0]
     server: PageServer | None = None
 
     def changed() -> None:
@@ -106,7 +125,7 @@ async def _serve(errand: Errand, access: Access, listener: socket.socket, view: 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         loop.add_signal_handler(number, pages.end)
     async with running(session):
-        await pages.serve(sockets=[listener])
+        await pages.serve(sockets=listeners)
 
 
 class _PageProcess(uvicorn.Server):

@@ -13,8 +13,10 @@ from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from starlette.applications import Starlette
+from starlette.datastructures import Headers
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
@@ -29,7 +31,7 @@ from scenarios.conduct.access import Access, Role
 from scenarios.conduct.commands import read_command, read_object
 from scenarios.conduct.page_link import PageLink
 from scenarios.conduct.session import Session
-from scenarios.conduct.viewer_files import POLICY, ViewerFiles
+from scenarios.conduct.viewer_files import ViewerFiles, other_origin, policy
 from scenarios.problems import ScenarioError
 
 MOST_PAGES = 40  # [1] open at a time
@@ -40,7 +42,7 @@ MOST_FAULTS = 20  # [1] messages that cannot be read, before a page is closed
 CLOSED_TOKEN, CLOSED_MANY, CLOSED_FAULTS = 4401, 4429, 4400  # codes with which a page is closed
 _HEADERS = {
     "content-security-policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
-    "connect-src 'self'; frame-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "connect-src 'self'; frame-src 'self' blob: {other}; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
     "cache-control": "no-store",
@@ -53,7 +55,7 @@ class PageServer:
     def __init__(self, access: Access, session: Session, *, hosts: list[str], viewer: WebViewer | None = None) -> None:
         """`hosts` are the names by which browsers may call this machine; `viewer`: the 3-D view, None without one."""
         self._access, self._session = access, session
-        self._viewer = "" if viewer is None else f"/scene?{viewer.query}"
+        self._viewer = viewer
         self._pages: set[PageLink] = set()
         self._strangers = 0
         self._tasks: set[asyncio.Task[None]] = set()
@@ -81,8 +83,9 @@ class PageServer:
     async def _start_page(self, _: Request) -> Response:
         return FileResponse(self._folder / "index.html", media_type="text/html")
 
-    async def _scene(self, _: Request) -> Response:
-        return FileResponse(self._folder / "scene.html", media_type="text/html", headers=POLICY)
+    async def _scene(self, request: Request) -> Response:
+        headers = policy(request.headers["host"])
+        return FileResponse(self._folder / "scene.html", media_type="text/html", headers=headers)
 
     async def _debrief(self, request: Request) -> Response:
         """Return the debrief of a recording, to pages that show a token."""
@@ -125,7 +128,7 @@ class PageServer:
     async def _serve(self, socket: WebSocket, role: Role) -> None:
         page = PageLink(socket, role, self._session)
         self._pages.add(page)
-        sending = asyncio.create_task(page.send_all(self._hello(role)))
+        sending = asyncio.create_task(page.send_all(self._hello(role, socket.headers["host"])))
         hearing = asyncio.create_task(self._hear(page))
         try:
             await asyncio.wait((sending, hearing), return_when=asyncio.FIRST_COMPLETED)
@@ -137,9 +140,13 @@ class PageServer:
             with suppress(RuntimeError, WebSocketDisconnect):
                 await socket.close()
 
-    def _hello(self, role: Role) -> dict[str, Any]:
+    def _hello(self, role: Role, host: str) -> dict[str, Any]:
+        """Return the first message to a page of a role that has called this machine `host`."""
+        viewer = ""
+        if self._viewer is not None:
+            viewer = f"{other_origin(host)}/scene?{self._viewer.query}&page={quote(f'http://{host}', safe='')}"
         links = {one.name: token for one, token in self._access.tokens.items()} if role.kind == "instructor" else {}
-        return {"kind": "hello", "role": role.kind, "vessel": role.vessel, "links": links, "viewer": self._viewer}
+        return {"kind": "hello", "role": role.kind, "vessel": role.vessel, "links": links, "viewer": viewer}
 
     async def _hear(self, page: PageLink) -> None:
         """Take a page's commands until it is closed, or has sent too much that cannot be read."""
@@ -197,7 +204,10 @@ class _SecurityHeaders:
         async def answer(message: Message) -> None:
             if message["type"] == "http.response.start":
                 own = {key for key, _ in message["headers"]}
-                headers = [(key.encode(), value.encode()) for key, value in _HEADERS.items()]
+                host = Headers(scope=scope).get("host", "")
+                headers = [
+                    (key.encode(), value.format(other=other_origin(host)).encode()) for key, value in _HEADERS.items()
+                ]
                 message["headers"] = [*message["headers"], *(pair for pair in headers if pair[0] not in own)]
             await send(message)
 

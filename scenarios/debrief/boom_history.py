@@ -84,7 +84,9 @@ class BoomHistory:
     def effective_draft(self) -> Array:
         """Depth (N, S) [m] of each skirt's foot below the still water."""
         feet = [state.heights(self.boom.freeboard, self.boom.skirt_depth)[1] for state in self.states]
-        return self.water_level - np.array(feet)
+        tide = self.series.get("water_level")
+        level = self.water_level if tide is None else np.interp(self.time, tide.time, tide.value)[:, None]
+        return np.asarray(level - np.array(feet))
 
     @cached_property
     def gap_ratio(self) -> Array:

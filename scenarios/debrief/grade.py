@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
-from recordings.replay.running_extremes import WORST
+from scenarios.debrief import measures
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.criteria import CRITERIA_OF, LIMITS, CriterionSettings, Statistic, criteria_problems, limits_of
@@ -30,9 +30,12 @@ _POINTS: Mapping[Verdict, float] = {"met": 1.0, "partly met": 0.5, "missed": 0.0
 LETTERS = (("A", 0.9), ("B", 0.75), ("C", 0.6), ("D", 0.4), ("E", 0.0))
 # [m/s] normal to a boom: design limit (JWPCOE 118(6), 1992), and 1 kn, from which ASTM F1093 expects substantial loss
 DESIGN_SPEED, GROSS_SPEED = 0.31, 0.51
-# [m] of the second end from its berth, within which it counts as there; assumed: a boat's length
-AT_BERTH = 15.0
-IF_THERE = ("recovered", "skimmer", "deployed")  # criteria that only an exercise with a skimmer, or a berth, has
+IF_THERE = (
+    "fed",
+    "recovered",
+    "skimmer",
+    "deployed",
+)  # criteria that only an exercise with a funnel, skimmer or berth has
 CAP = "D"  # the best grade if a decisive criterion is missed
 
 
@@ -88,111 +91,6 @@ class Grade:
     findings: tuple[Finding, ...]
 
 
-def _recovered_volume(history: BoomHistory) -> float | None:
-    """Return the oil [m3] that skimmers have taken; None in a recording without skimmers."""
-    found = [
-        series.value[-1]
-        for name, series in history.series.items()
-        if name.startswith("skimmers/") and name.endswith("/oil") and len(series.value)
-    ]
-    return float(sum(found)) if found else None
-
-
-def _taken_in(history: BoomHistory) -> float:
-    """Return the oil [m3] that the boom has met: held, lost, and recovered from it."""
-    return float(history.oil["retained"][-1] + history.oil["lost"][-1]) + (_recovered_volume(history) or 0.0)
-
-
-def _held(history: BoomHistory) -> float | None:
-    taken_in = _taken_in(history)
-    return 100.0 * float(1.0 - history.oil["lost"][-1] / taken_in) if taken_in > 0.0 else None
-
-
-def _recovered(history: BoomHistory) -> float | None:
-    recovered, taken_in = _recovered_volume(history), _taken_in(history)
-    return None if recovered is None or taken_in <= 0.0 else 100.0 * recovered / taken_in
-
-
-def _skimmer(history: BoomHistory) -> float | None:
-    """Return the largest mean distance [m] of a skimmer from the oil, over the time in which there was oil."""
-    means = []
-    for name, series in history.series.items():
-        if name.startswith("skimmers/") and name.endswith("/off_oil"):
-            means += [float(series.value.mean())] if len(series.value) else []
-    return max(means, default=None)
-
-
-def _deployed(history: BoomHistory) -> float | None:
-    """Return the time [s] from which on the second end lay at its berth; the run's end if it never did."""
-    series = history.series.get("to_berth")
-    if series is None or not len(series.value):
-        return None
-    away = np.flatnonzero(series.value > AT_BERTH)
-    last = -1 if not len(away) else int(away[-1])
-    return float(series.time[min(last + 1, len(series.time) - 1)])
-
-
-def _strength(history: BoomHistory) -> float | None:
-    series = history.series.get(f"{WORST}strength_share") or history.series.get("strength_share")
-    return None if series is None or not len(series.value) else 100.0 * float(series.value.max())
-
-
-def _all_oil(history: BoomHistory) -> Array:
-    """Return all oil (N,) [m3] that the boom's account knows."""
-    return history.oil["retained"] + history.oil["lost"] + history.oil["free"] + history.oil["removed"]
-
-
-def _met(history: BoomHistory) -> float | None:
-    taken_in = _taken_in(history)
-    there = taken_in + history.oil["free"][-1]
-    return 100.0 * float(taken_in / there) if there > 0.0 else None
-
-
-def _in_area(history: BoomHistory) -> Array | None:
-    """Return the share (N,) [%] of all oil that was in the boom's area; None if it was not recorded, or without oil."""
-    oil = _all_oil(history)
-    return 100.0 * history.oil["in_area"] / oil.max() if "in_area" in history.oil and oil.any() else None
-
-
-def _most_in_area(history: BoomHistory) -> float | None:
-    shares = _in_area(history)
-    return None if shares is None else float(shares.max())
-
-
-def _led(history: BoomHistory) -> float | None:
-    shares = _in_area(history)
-    return None if shares is None else float(shares[-1])
-
-
-def _time_over(history: BoomHistory, speed: float) -> float:
-    return 100.0 * float((history.held_speed[history.settled].max(axis=1) > speed).mean())
-
-
-def _gap(history: BoomHistory) -> float:
-    return 100.0 * abs(float(history.gap_ratio[history.settled].mean()) - 1.0 / 3.0)
-
-
-def _lean(history: BoomHistory) -> float:
-    return float(np.degrees(np.percentile(history.skirt_angle[history.settled].max(axis=1), 95.0)))
-
-
-def _draft(history: BoomHistory) -> float:
-    smallest = np.percentile(history.effective_draft[history.settled].min(axis=1), 5.0)
-    return 100.0 * float(smallest) / history.boom.skirt_depth
-
-
-def _snatch(history: BoomHistory) -> float | None:
-    means = {end: float(tension[history.settled].mean()) for end, tension in history.tow_tension.items()}
-    if not means or not all(means.values()):
-        return None
-    return max(float(history.tow_peak[end][history.settled].max()) / mean for end, mean in means.items())
-
-
-def _sharing(history: BoomHistory) -> float | None:
-    means = [float(tension[history.settled].mean()) for tension in history.tow_tension.values()]
-    return 100.0 * (max(means) - min(means)) / max(means) if len(means) == 2 and max(means) > 0.0 else None
-
-
 _STATISTICS: Mapping[Statistic, Callable[[Array], Any]] = {
     "end": lambda values: values[-1],
     "mean": np.mean,
@@ -228,78 +126,88 @@ def _known(
 
 _OWN = (
     _known(
-        "held", "Oil held", "%", _held, decisive=True,
+        "held", "Oil held", "%", measures.held, decisive=True,
         what="Share of the oil held at the end, of all oil that was ever in the boom. Holding oil is the boom's "
         "purpose. Lost oil counts until it is taken back.",
     ),
     _known(
-        "encountered", "Oil met", "%", _met,
+        "encountered", "Oil met", "%", measures.met,
         what="Share of the oil that got into the boom, of all oil in the water. A sweep must meet the slick: "
         "check position, heading and opening of the U.",
     ),
     _known(
-        "clean", "Oil in the protected water", "%", _most_in_area, decisive=True,
+        "fed", "Oil met of what the funnel passed on", "%", measures.fed,
+        what="Share of the oil that came out of the funnel ahead which this boom met. Who follows stays right behind the opening: "
+        "there the oil is in a band as wide as the opening.",
+    ),
+    _known(
+        "passed_on", "Oil passed on", "%", measures.passed_on,
+        what="Share of the oil that the boom met which went on beyond its free end, to the boom that follows. Oil under the skirt is lost "
+        "to it.",
+    ),
+    _known(
+        "clean", "Oil in the protected water", "%", measures.most_in_area, decisive=True,
         what="Largest share of all oil that was in the protected water at any time. The boom is there to keep it clean.",
     ),
     _known(
-        "led", "Oil led to the pocket", "%", _led, decisive=True,
+        "led", "Oil led to the pocket", "%", measures.led, decisive=True,
         what="Share of all oil that was in the recovery pocket at the end. The boom is there to lead the oil to it.",
     ),
     _known(
-        "speed", "Time over 0.7 kn", "%", partial(_time_over, speed=PRACTICE_SPEED),
+        "speed", "Time over 0.7 kn", "%", partial(measures.time_over, speed=PRACTICE_SPEED),
         what="Share of the time in which water kept running against some part of the boom at more than 0.7 knots "
         "normal to it. Above this speed booms lose oil. The speed is averaged over the time in which the water passes "
         "the skirt's depth, because a shorter swing draws no oil under.",
     ),
     _known(
-        "design_speed", "Time over 0.6 kn", "%", partial(_time_over, speed=DESIGN_SPEED),
+        "design_speed", "Time over 0.6 kn", "%", partial(measures.time_over, speed=DESIGN_SPEED),
         what="Share of the time in which water kept running against some part of the boom at more than 0.31 m/s normal to "
         "it, for which booms are designed to leak nothing.",
     ),
     _known(
-        "gross_speed", "Time over 1 kn", "%", partial(_time_over, speed=GROSS_SPEED),
+        "gross_speed", "Time over 1 kn", "%", partial(measures.time_over, speed=GROSS_SPEED),
         what="Share of the time in which water kept running against some part of the boom at more than 0.51 m/s normal to "
         "it. Losses are massive there.",
     ),
     _known(
-        "recovered", "Oil recovered", "%", _recovered,
+        "recovered", "Oil recovered", "%", measures.recovered,
         what="Share of the oil that skimmers took, of all oil that the boom met. Oil in the boom is not yet off the water.",
     ),
     _known(
-        "skimmer", "Skimmer off the oil", "m", _skimmer,
+        "skimmer", "Skimmer off the oil", "m", measures.skimmer,
         what="Mean distance of the skimmer's mouth from the middle of the nearest oil that a boom holds. A skimmer works in the "
         "pool or not at all.",
     ),
     _known(
-        "deployed", "Time to deploy", "s", _deployed,
+        "deployed", "Time to deploy", "s", measures.deployed,
         what="Time from which on the second end of the boom lay at its berth. Oil does not wait for the boom.",
     ),
     _known(
-        "strength", "Load of the boom", "%", _strength,
+        "strength", "Load of the boom", "%", measures.strength,
         what="Largest tension in the boom, as a share of what it bears there. Waves and jerks need the reserve.",
     ),
     _known(
-        "gap", "Gap ratio, distance from 1:3", "%", _gap,
+        "gap", "Gap ratio, distance from 1:3", "%", measures.gap,
         what="Distance of the mean gap ratio under way from one third. A wider gap raises speed and tension in "
         "the apex; a narrower gap sweeps less.",
     ),
     _known(
-        "lean", "Lean of the skirt", "deg", _lean,
+        "lean", "Lean of the skirt", "deg", measures.lean,
         what="Lean of the most leaning segment, not exceeded for 95 % of the time. A leaning skirt has less "
         "draft, and the water slips under it.",
     ),
     _known(
-        "draft", "Draft of the skirt", "%", _draft,
+        "draft", "Draft of the skirt", "%", measures.draft,
         what="Draft of the shallowest segment, as a share of the skirt's depth, kept for 95 % of the time. Lean, "
         "heave and lift all reduce it.",
     ),
     _known(
-        "snatch", "Snatch loads", "times", _snatch,
+        "snatch", "Snatch loads", "times", measures.snatch,
         what="Peak of the tow tension over its mean, under way. Jerks break lines and shake oil out of the boom. "
         "Change speed slowly.",
     ),
     _known(
-        "sharing", "Uneven pull", "%", _sharing,
+        "sharing", "Uneven pull", "%", measures.sharing,
         what="Difference of the mean tension at the two ends, under way. Vessels that are abreast and on station "
         "pull equally.",
     ),
@@ -336,7 +244,8 @@ def _with_settings(key: str, settings: CriterionSettings | None) -> Criterion:
 def grade(history: BoomHistory, settings: Mapping[str, CriterionSettings] | None = None) -> Grade:
     """Judge one boom's exercise by the criteria of its deployment; criteria that cannot be measured do not count."""
     findings = []
-    for criterion in criteria_for(history.boom.deployment, settings or {}):
+    own = {key: one for key, one in (settings or {}).items() if one.boom in (None, history.boom.name)}
+    for criterion in criteria_for(history.boom.deployment, own):
         value = criterion.measure(history)
         if value is None and criterion.key in IF_THERE:
             continue

@@ -18,7 +18,7 @@ from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.fleet import course_of, water_density
 from scenarios.setup.fluid import forcings_of, pipe_of, pipe_problems
-from scenarios.setup.moorings import leg_name
+from scenarios.setup.moorings import leg_name, tie_name
 from scenarios.signals.weather_inputs import set_current, set_wind
 
 if TYPE_CHECKING:
@@ -76,9 +76,12 @@ def _part(assembly: Assembly, scenario: Scenario) -> None:
 
 
 def _change_moorings(assembly: Assembly, scenario: Scenario) -> None:
-    """Let the mooring legs part that have parted in `scenario`, and let anchors hold as it says."""
+    """Let the mooring legs and ties part that have parted in `scenario`, and let anchors hold as it says."""
     if assembly.world is None:
         return
+    for name, tie in scenario.ties.items():
+        if tie.parted:
+            assembly.world.part_line(tie_name(name))
     for name, leg in scenario.moorings.items():
         if leg.parted:
             assembly.world.part_line(leg_name(name))

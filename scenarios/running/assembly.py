@@ -26,6 +26,7 @@ from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
 from oilsim.forcing import Current
+from oilsim.joint_readings import JointReadings
 from oilsim.solver import Fluid
 from recordings.frame import RunDescription
 from scenarios.problems import problems_of
@@ -68,7 +69,8 @@ if TYPE_CHECKING:
 class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
-    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; coupled: names of the
+    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; readings: of all liquid, where there
+    are several windows, of which the first is `fluid`; coupled: names of the
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part;
     winches: change the lengths of lines; accounts: scores and sums, advanced by the master; remarks: what a run falls short of;
     parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; slick: the oil of a run
@@ -80,6 +82,7 @@ class Assembly:
     solids: tuple[Solid, ...]
     level: float
     fluid: Fluid
+    readings: JointReadings
     world: RigidBodyWorld | None
     fluid_participant: FluidParticipant
     coupled: tuple[str, ...]
@@ -129,8 +132,8 @@ class Assembly:
 
     def particle_counts(self) -> dict[str, int]:
         """Count the particles now, by phase, and of all boundaries."""
-        counts = {name: len(self.fluid.phase_ids(name)) for name in self.scenario.phases}
-        return counts | {"boundary": self.fluid.boundary_count}
+        counts = {name: len(self.readings.phase_ids(name)) for name in self.scenario.phases}
+        return counts | {"boundary": self.readings.boundary_count}
 
     def present_meshes(self) -> dict[str, Trimesh]:
         """Return the meshes [m] of all bodies that the liquid meets, by name, where they are now."""
@@ -194,6 +197,7 @@ def build(
         solids=simulators.solids,
         level=simulators.level,
         fluid=simulators.fluid,
+        readings=simulators.readings,
         world=world,
         fluid_participant=bodies.fluid,
         coupled=simulators.coupled,
@@ -237,7 +241,7 @@ def _failing(
 
 def _accounts(simulators: Simulators, scoring: Scoring) -> RunAccounts:
     """Create the accounts of a run, which advance at every communication point."""
-    fluid, bodies = simulators.fluid, simulators.bodies
+    fluid, bodies = simulators.readings, simulators.bodies
     return RunAccounts(
         scoring=scoring,
         coupling=CouplingAccount(fluid, bodies.fluid, simulators.world, simulators.coupled, bodies.ledger),

@@ -213,10 +213,11 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
 
 
 def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield the booms of which joints, and the mooring legs that, would hold again but have parted."""
-    for name, leg in before.get("moorings", {}).items():
-        if leg["parted"] and not after["moorings"][name]["parted"]:
-            yield Problem(f"--set moorings.{name}.parted", "is false, allowed: true, because the leg has parted")
+    """Yield the booms of which joints, and the mooring legs and ties that, would hold again but have parted."""
+    for table, what in (("moorings", "leg"), ("ties", "tie")):
+        for name, line in before.get(table, {}).items():
+            if line["parted"] and not after[table][name]["parted"]:
+                yield Problem(f"--set {table}.{name}.parted", f"is false, allowed: true, because the {what} has parted")
     for name, boom in before.get("booms", {}).items():
         mended = [number for number in boom["parted"] if number not in after["booms"][name]["parted"]]
         if mended:

@@ -24,7 +24,7 @@ from scenarios.running.instructor import Instructor
 from scenarios.running.output_paths import require_apart
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan
-from scenarios.running.recorder_options import grid, thinning
+from scenarios.running.recorder_options import grid, surface_rate, thinning
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
@@ -203,7 +203,7 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
         scenario.recording.frame_rate,
         precision=grid(scenario),
         every=thinning(scenario),
-        surface_rate=scenario.recording.surface_rate,
+        surface_rate=surface_rate(scenario),
         live=live,
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.scenario import Scenario
 from scenarios.setup.fleet import Fleet
-from scenarios.setup.moorings import leg_name
+from scenarios.setup.moorings import leg_name, tie_name
 
 
 class Winches:
@@ -28,6 +28,7 @@ class Winches:
             return
         lines = self._world.lines
         changes = {leg_name(name): (-leg.hauled, leg.winch_speed) for name, leg in scenario.moorings.items()}
+        changes |= {tie_name(name): (-tie.hauled, tie.winch_speed) for name, tie in scenario.ties.items()}
         for boom, settings in scenario.booms.items():
             grown = settings.tow_line - self._laid[boom]
             for end, line in self._fleet.tensions_of(boom).items():

@@ -7,19 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 from oilsim.quantity import quantity
-from scenarios.problems import Problem, suggestion
+from scenarios.problems import Problem, suggestion, unknown
 from scenarios.schema.parsing.quantity_fields import Section
 
-Deployment = Literal["sweep", "containment", "exclusion", "diversion"]
+Deployment = Literal["sweep", "funnel", "containment", "exclusion", "diversion"]
 Statistic = Literal["end", "mean", "largest", "smallest"]
 
 # key: limit up to which it is met, limit up to which it is partly met, weight
 LIMITS: Mapping[str, tuple[float, float, float]] = {
     "held": (95.0, 80.0, 3.0),
     "encountered": (90.0, 60.0, 2.0),
+    "fed": (90.0, 60.0, 3.0),
+    "passed_on": (70.0, 40.0, 3.0),
     "clean": (1.0, 5.0, 3.0),
     "led": (90.0, 60.0, 3.0),
     "recovered": (60.0, 30.0, 2.0),
@@ -40,6 +42,7 @@ CRITERIA_OF: Mapping[str, tuple[str, ...]] = {
     "sweep": (
         "held",
         "encountered",
+        "fed",
         "recovered",
         "skimmer",
         "deployed",
@@ -50,6 +53,7 @@ CRITERIA_OF: Mapping[str, tuple[str, ...]] = {
         "snatch",
         "sharing",
     ),
+    "funnel": ("passed_on", *_ANY_BOOM),
     "containment": ("held", "deployed", *_ANY_BOOM),
     "exclusion": ("clean", *_ANY_BOOM),
     "diversion": ("led", *_ANY_BOOM),
@@ -69,6 +73,7 @@ class CriterionSettings(Section):
     weight      in the grade, beside 1 to 3 of the program's own
     series      name of a series of the recording, such as ``oil_lost/around_ends`` or ``probes/gauge``, in its own unit
     statistic   value of the series that counts: at the end, or its mean, largest or smallest value once the boom is settled
+    boom        name of the one boom whose grade it changes; by default those of all booms
     title, unit, why  text for the page
     """
 
@@ -77,6 +82,7 @@ class CriterionSettings(Section):
     weight: float | None = quantity("", default=None, at_least=0.0)
     series: str | None = None
     statistic: Statistic = "end"
+    boom: str | None = None
     title: str | None = None
     unit: str = ""
     why: str = ""
@@ -111,3 +117,29 @@ def criteria_problems(criteria: Mapping[str, CriterionSettings]) -> Iterator[Pro
             yield Problem(f"{key}.series", "is given, allowed: only for a key that the program does not have itself")
         elif good == acceptable:
             yield Problem(key, "has equal limits `good` and `acceptable`, allowed: two different limits")
+
+
+class Fed(Protocol):
+    """A boom that other booms may feed."""
+
+    @property
+    def fed_by(self) -> tuple[str, ...]:
+        """Names of the funnels."""
+
+
+def graded_problems(
+    criteria: Mapping[str, CriterionSettings], booms: Mapping[str, Fed], names: tuple[str, ...]
+) -> Iterator[Problem]:
+    """Yield the criteria of booms, and the funnels, that are none of the booms with these `names`."""
+    for key, criterion in criteria.items():
+        if criterion.boom is not None and criterion.boom not in names:
+            yield Problem(
+                f"criteria.{key}.boom", f"is {criterion.boom!r}, which {unknown(criterion.boom, names, 'boom')}"
+            )
+    for name, boom in booms.items():
+        others = tuple(other for other in names if other != name)
+        for funnel in boom.fed_by:
+            if funnel not in others:
+                yield Problem(
+                    f"booms.{name}.fed_by", f"holds {funnel!r}, which {unknown(funnel, others, 'other boom')}"
+                )

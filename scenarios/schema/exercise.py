@@ -187,6 +187,7 @@ FROM_CATALOGUE: Mapping[str, float | None] = MappingProxyType(
         "freeboard": None,
         "buoyancy_to_weight": 5.0,
         "ballast_fraction": BoomDesign.ballast_fraction,
+        "base_width": None,
         "strength": None,
         "section_length": None,
         "connector_strength": None,
@@ -258,6 +259,7 @@ class BoomSettings(Section):
     skirt_thickness     [m] as built; in the simulation it is at least one particle spacing
     ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright; without
                         `boom`, 0.35
+    base_width          [m] of the two tubes full of water of a shore-sealing boom: aground it rests on them, and seals (*modelled*)
     strength            [N] tension at which the boom parts; without it and `boom`, it never does
     section_length      [m] from connector to connector; without it and `boom`, the boom is one section
     connector_strength  [N] tension at which a connector fails; without it, the boom's strength
@@ -274,9 +276,10 @@ class BoomSettings(Section):
                         the side to which the current drives a boom between fixed points, else the right
     stream              [rad] direction to which the water runs past the ends at the start (current less way made); the boom then starts in
                         the shape that it takes in this stream, also between ends that are not abreast (J, diversion)
-    deployment          how the debrief grades it: "sweep" meets and holds oil under way, "containment" holds it between moorings,
-                        "exclusion" keeps oil out of `area`, "diversion" leads oil into `area`; the default is a sweep if a vessel holds
-                        an end, else a containment
+    deployment          how the debrief grades it: "sweep" meets and holds oil under way, "funnel" hands it at its free end to a boom that
+                        follows, "containment" holds it between moorings, "exclusion" keeps oil out of `area`, "diversion" leads oil into
+                        `area`; the default is a sweep if a vessel holds an end, else a containment
+    fed_by              names of the funnels whose oil the boom is to meet
     area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
     berth               (x, y) [m] to which the crew brings the second end; the debrief tells when it lies there
     parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
@@ -291,6 +294,7 @@ class BoomSettings(Section):
     buoyancy_to_weight: float = quantity_of(BoomDesign, "buoyancy_to_weight", default=None)
     skirt_thickness: float = quantity_of(BoomDesign, "skirt_thickness", default=0.005)
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction", default=None)
+    base_width: float | None = quantity_of(BoomDesign, "base_width")
     strength: float | None = quantity("N", default=None, above=0.0)
     section_length: float | None = quantity("m", default=None, above=0.0)
     connector_strength: float | None = quantity("N", default=None, above=0.0)
@@ -304,6 +308,7 @@ class BoomSettings(Section):
     bulge: Literal["left", "right"] | None = None
     stream: float | None = quantity("rad", default=None)
     deployment: Deployment | None = None
+    fed_by: tuple[str, ...] = ()
     area: tuple[Point2, ...] = quantity("m", default=())
     berth: Point2 | None = quantity("m", default=None)
 

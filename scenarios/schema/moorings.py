@@ -1,4 +1,4 @@
-"""Moorings: legs of chain and rope from booms, vessels and floating bodies down to anchors on the ground."""
+"""Moorings: legs of chain and rope from booms, vessels and floating bodies down to anchors on the ground; and ties between booms."""
 
 from __future__ import annotations
 
@@ -82,10 +82,101 @@ class MooringSettings(Section):
             yield Problem("kind", text)
 
 
+@dataclass(frozen=True, kw_only=True)
+class TieSettings(Section):
+    """An elastic line between two joints of booms: the cross bridle of a V sweep, the line across an open apex, a connection of two booms.
+
+    Its booms need `stream`, and start together in the shape in which they and their ties hang in it. The line has no mass. With `place` it
+    goes from one boom to a bollard or winch ashore, as the line by which a boom is paid out from a slip.
+
+    booms      names of the two booms, the same twice for a cross bridle; with `place` of one
+    joints     of each boom its joint of this number, 0 is its first end and `segments` its second; an end at a fixed point of `ends` is
+               then free: `ends` only says about where it starts, and the tie holds it
+    place      (x, y) [m] of a bollard or winch, as high as the joint is at the start; the tie is taut then, and has no `length`
+    length     [m] between the two joints, without tension
+    hauled     [m] of the line that a winch has hauled in, negative: paid out; may be ordered while the run goes on
+    winch_speed  [m/s] at which it hauls and pays out
+    stiffness  [N] axial stiffness EA
+    breaking_load  [N] tension at which it parts; without it, it never does
+    parted     whether it is cast off or broken; may be ordered while the run goes on
+    """
+
+    booms: tuple[str, ...]
+    joints: tuple[int, ...] = quantity("", at_least=0, whole=True)
+    place: Point2 | None = quantity("m", default=None)
+    length: float | None = quantity("m", default=None, above=0.0)
+    stiffness: float = quantity("N", above=0.0)
+    breaking_load: float | None = quantity("N", default=None, above=0.0)
+    hauled: float = quantity("m", default=0.0)
+    winch_speed: float = quantity("m/s", default=0.2, above=0.0)
+    parted: bool = False
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that there are two ends, that they differ, and that the line has a length."""
+        count = 2 if self.place is None else 1
+        for name, given in (("booms", self.booms), ("joints", self.joints)):
+            if len(given) != count:
+                allowed = "2 without place" if count == 2 else "1 with place"
+                yield Problem(name, f"has {len(given)} entries, allowed: {allowed}")
+        if (self.length is None) == (self.place is None):
+            yield Problem("length", "is given beside place, allowed: one of the two" if self.length else "is missing")
+        if len(self.booms) != 2 or len(self.joints) != 2:
+            return
+        if self.booms[0] == self.booms[1] and self.joints[0] == self.joints[1]:
+            yield Problem("joints", f"are {list(self.joints)} of one boom, allowed: two joints that differ")
+
+
 def held_ends(moorings: Mapping[str, MooringSettings], boom: str, segments: int) -> tuple[bool, bool]:
     """Return whether moorings hold the first and the second end of a boom."""
     joints = {leg.joint for leg in moorings.values() if leg.boom == boom}
     return 0 in joints, segments in joints
+
+
+def leg_that_holds(moorings: Mapping[str, MooringSettings], boom: str, joint: int) -> str | None:
+    """Return the first mooring that holds a boom at a joint; None without one."""
+    return next((name for name, leg in moorings.items() if (leg.boom, leg.joint) == (boom, joint)), None)
+
+
+def tied_ends(ties: Mapping[str, TieSettings], boom: str, segments: int) -> tuple[str | None, str | None]:
+    """Return the ties that hold the first and the second end of a boom, None for an end without one."""
+    found = {
+        joint: name
+        for name, tie in ties.items()
+        for other, joint in zip(tie.booms, tie.joints, strict=False)
+        if other == boom
+    }
+    return found.get(0), found.get(segments)
+
+
+def tie_problems(
+    ties: Mapping[str, TieSettings], booms: Mapping[str, BoomSettings], names: tuple[str, ...]
+) -> Iterator[Problem]:
+    """Yield the problems between ties and their booms; `names` of all booms that the scenario defines."""
+    streams = dict[str, float]()
+    for name, tie in ties.items():
+        for boom, joint in zip(tie.booms, tie.joints, strict=False):
+            if boom not in names:
+                yield Problem(f"ties.{name}.booms", f"holds {boom!r}, which {unknown(boom, names, 'boom')}")
+            settings = booms.get(boom)
+            if settings is None:
+                continue
+            if joint > settings.segments:
+                text = f"holds {joint}, allowed: 0 to {settings.segments}, the segments of boom {boom!r}"
+                yield Problem(f"ties.{name}.joints", text)
+            end = {0: settings.ends[0], settings.segments: settings.ends[1]}.get(joint)
+            if isinstance(end, str):
+                text = f"holds {joint} of {boom!r}, the end that vessel {end!r} holds; allowed: another joint, or an end at a point"
+                yield Problem(f"ties.{name}.joints", text)
+            if tie.place is not None:
+                continue
+            if settings.stream is None:
+                text = f"is missing, allowed: a direction, because tie {name!r} holds the boom"
+                yield Problem(f"booms.{boom}.stream", text)
+            else:
+                streams[boom] = settings.stream
+    if len(set(streams.values())) > 1:
+        text = f"differs among the tied booms {', '.join(streams)}, allowed: one stream"
+        yield Problem(f"booms.{next(iter(streams))}.stream", text)
 
 
 def mooring_problems(

@@ -23,6 +23,8 @@ ORDER_KEYS = (
     "moorings.*.parted",
     "moorings.*.hauled",
     "moorings.*.holding",
+    "ties.*.parted",
+    "ties.*.hauled",
     "skimmers.*.running",
     "skimmers.*.nameplate",
     "skimmers.*.storage",

@@ -19,11 +19,14 @@ from oilsim.sea import (
     SeaDescription,
     SteadyFlow,
     TidalFlow,
+    Tide,
     Turbulence,
     WindDrift,
 )
+from recordings.exercise import GROUND
 from scenarios.problems import Problem
-from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.run_settings import RunSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,6 +196,40 @@ class TurbulenceSettings(Section):
     stretch: bool = False
 
 
+@dataclass(frozen=True, kw_only=True)
+class TideSettings(Section):
+    """A tide that raises and lowers the whole surface, by a cosine of time; at the start the surface is at `level`.
+
+    range       [m] from low to high water
+    high_water  [s] time of high water; minus a quarter of the period makes the start the time at which the water falls fastest
+    period      [s] by default that of the main lunar tide, 12.42 h
+    """
+
+    range: float = quantity_of(Tide, "range")
+    high_water: float = quantity_of(Tide, "high_water")
+    period: float = quantity_of(Tide, "period")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShoreSettings(Section):
+    """A straight shore of one slope, in a run without particles: bodies and booms run aground on it, and oil strands at its waterline.
+
+    Current and waves do not feel it: the stream is that of the open water up to the waterline (*modelled*).
+
+    waterline  (x, y) [m] a point of the waterline at the start
+    seaward    [rad] direction from the land out to sea
+    slope      rise over run
+    width      [m] of the shore, half of it to each side of `waterline`
+    capacity   [m3/m] oil that a metre of the waterline takes
+    """
+
+    waterline: Point2 = quantity("m")
+    seaward: float = quantity("rad")
+    slope: float = quantity("", above=0.0, at_most=1.0)
+    width: float = quantity("m", default=200.0, above=1.0)
+    capacity: float = quantity("m3/m", default=0.02, at_least=0.0)
+
+
 SeaWaves = RegularSeaWaves | JonswapSeaWaves
 SeaCurrent = SteadySeaCurrent | TidalSeaCurrent | FileSeaCurrent
 SeaWind = SteadySeaWind | FileSeaWind
@@ -215,6 +252,7 @@ class SeaSettings(Section):
     wind: SeaWind | None = None
     langmuir: LangmuirSettings | None = None
     turbulence: TurbulenceSettings | None = None
+    tide: TideSettings | None = None
 
     def problems(self) -> Iterator[Problem]:
         """Check that cells have the wind and the waves that make them."""
@@ -223,3 +261,18 @@ class SeaSettings(Section):
         from_ground = self.waves is not None and self.waves.seen_from == "ground"
         if from_ground and not isinstance(self.current, SteadySeaCurrent | None):
             yield Problem("waves.seen_from", "is 'ground', allowed: 'water' on a current that changes with time")
+
+
+def shore_problems(
+    shore: ShoreSettings | None,
+    sea: SeaSettings | None,
+    run: RunSettings | None,
+    has_sea: bool,
+    bodies: tuple[str, ...],
+) -> Iterator[Problem]:
+    """Yield a shore or a tide that `run` does not feel, and a body with the name of the ground."""
+    for path, given in (("shore", shore is not None), ("sea.tide", sea is not None and sea.tide is not None)):
+        if given and run is not None and (run.detail != "none" or not has_sea):
+            yield Problem(path, 'is given, allowed: with run.detail = "none" and a [sea]')
+    if shore is not None and GROUND in bodies:
+        yield Problem(f"bodies.{GROUND}", "has the name of the [shore], allowed: another name")

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Literal
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
 
 from oilsim.quantity import quantity
-from oilsim.window.settings import WindowSettings
+from oilsim.window.settings import SOLVER_OPTIONS, WindowSettings
 from scenarios.problems import Problem
 from scenarios.schema.liquid import FluidSettings
 from scenarios.schema.parsing.quantity_fields import Point2, Section
+
+ALONE = "window"  # name of the box that is the table [window] itself
 
 
 @dataclass(frozen=True, kw_only=True)
 class WindowTable(Section):
     """A box of particles inside the sea, of runs with run.detail = "window"; all other water is formulas (docs/window.md).
+
+    Several boxes are tables [window.NAME], each with its own target, size and detail; they may not overlap.
 
     target  name of a boom, whose middle segment the box follows, of a vessel or of a body; or a place (x, y) [m]
     detail  "live": the finest particles that this machine computes in real time; "fine": 8 to a skirt; or their spacing [m]. It takes the
@@ -32,6 +36,10 @@ class WindowTable(Section):
     depth: float | None = quantity("m", default=None, above=0.0)
     rim: float | None = quantity("m", default=None, above=0.0)
 
+    def spacing(self, fluid: FluidSettings) -> float:
+        """Return the spacing [m] of the particles: that of `detail` if it is a number, else that of [fluid]."""
+        return self.detail if isinstance(self.detail, float) else fluid.particle_spacing
+
     def settings(self, fluid: FluidSettings) -> WindowSettings:
         """Return the description of the window, with particles as [fluid] has them; ValueError for what cannot be."""
         if self.size is None or self.depth is None:
@@ -39,10 +47,11 @@ class WindowTable(Section):
         return WindowSettings(
             size=self.size,
             depth=self.depth,
-            spacing=fluid.particle_spacing,
+            spacing=self.spacing(fluid),
             rim=self.rim,
             sleep_speed=fluid.sleep_speed,
             dimension=fluid.dimension,
+            solver={name: getattr(fluid, name) for name in SOLVER_OPTIONS},
         )
 
     def problems(self) -> Iterator[Problem]:
@@ -54,9 +63,19 @@ class WindowTable(Section):
         """Yield what is wrong with the window for these particles; one that `detail` will size is looked at when it is."""
         if self.detail is not None and (isinstance(self.detail, str) or self.size is None or self.depth is None):
             return
-        if isinstance(self.detail, float):
-            fluid = replace(fluid, particle_spacing=self.detail)
         try:
             self.settings(fluid)
         except ValueError as error:
-            yield Problem("window", str(error).removeprefix("window: "))
+            yield Problem("", str(error).removeprefix("window: "))
+
+
+def tables_by_name(data: Any) -> Any:
+    """Return the tables of a file's [window] by name: that table itself is one, unless all that it holds are tables."""
+    if isinstance(data, Mapping) and not all(isinstance(entry, Mapping) for entry in data.values()):
+        return {ALONE: data}
+    return data
+
+
+def window_place(name: str, windows: Mapping[str, WindowTable]) -> str:
+    """Return where a window is described in a file."""
+    return "window" if name == ALONE and len(windows) == 1 else f"window.{name}"

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from oilsim.config import longest_time_step
+from oilsim.window.settings import WindowSettings
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
@@ -113,14 +114,15 @@ def estimate(scenario: Scenario) -> Cost:
     particles = dict.fromkeys(scenario.phases, 0)
     for name, points in positions.items():
         particles[scenario.fill[name].phase] += len(points)
-    if scenario.run.detail == "window" and scenario.window is not None:
+    windows = _windows(scenario)
+    if windows:
         water = next(name for name, phase in sorted(scenario.phases.items(), key=lambda item: item[1].is_oil))
-        particles[water] += scenario.window.settings(scenario.fluid).particle_count
+        particles[water] += sum(one.particle_count for one in windows)
     emitted = _emitted(scenario) if scenario.run.has_particles else {}
     boundary = {} if not scenario.run.has_particles else _boundary(scenario, solids)
     threads = scenario.run.threads or os.cpu_count() or 1
     steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
-    remarks, own_steps = _of_window(scenario)
+    remarks, own_steps = _of_windows(scenario, windows)
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
@@ -137,16 +139,23 @@ def estimate(scenario: Scenario) -> Cost:
     )
 
 
-def _of_window(scenario: Scenario) -> tuple[tuple[str, ...], int]:
-    """Return what is to be told of a window, and the steps of its particles in each of the communication; nothing and 1 without one."""
-    if scenario.run.detail != "window" or scenario.window is None:
-        return (), 1
+def _windows(scenario: Scenario) -> list[WindowSettings]:
+    """Return the descriptions of the windows of a run; none without any."""
+    return [one.settings(scenario.fluid) for one in scenario.window.values() if scenario.run.detail == "window"]
+
+
+def _of_windows(scenario: Scenario, windows: Sequence[WindowSettings]) -> tuple[tuple[str, ...], float]:
+    """Return what is to be told of windows, and the mean steps of their particles in each of the communication; 1 without one."""
+    if not windows:
+        return (), 1.0
     from scenarios.setup.at_sea.window_choice import fluid_steps, window_remarks  # only such a run pays for particles
     from scenarios.setup.fleet import water_density
 
     sea = build_sea(scenario, water_density(scenario))
     assert sea is not None  # that of the tank at least
-    return tuple(window_remarks(scenario, sea)), fluid_steps(scenario, scenario.window.settings(scenario.fluid))
+    steps = [fluid_steps(scenario, one) for one in windows]
+    mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
+    return tuple(window_remarks(scenario, sea)), mean
 
 
 def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:

@@ -17,18 +17,20 @@ from booms.deployment import (
     PlacedBridle,
     PlacedJoint,
     PlacedLine,
+    lay_along,
     lay_between,
     lay_in_stream,
+    line_in_stream,
     tow_line,
 )
 from coupling.rigid.bridle import meeting_point
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
-from scenarios.schema.moorings import held_ends
+from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
-from scenarios.setup.moorings import PlacedLeg, leg_name, place_moorings
+from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import Drive, DriveModel
@@ -93,11 +95,17 @@ def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Sol
     booms: dict[str, BoomLayout] = {}
     lines: list[PlacedLine | PlacedBridle] = []
     tensions: dict[tuple[str, str], str] = {}
+    afloat = {
+        name
+        for name, boom in scenario.booms.items()
+        if all(end in vessels for end in boom.ends if isinstance(end, str))
+    }
+    hanging = tied_shapes(scenario, afloat, lambda name: _line_of(name, scenario, vessels, water_level), problems)
     for name, boom in scenario.booms.items():
-        if any(isinstance(end, str) and end not in vessels for end in boom.ends):
-            continue  # its vessel is already among the problems
+        if name not in afloat or hanging.get(name, ()) is None:
+            continue  # its vessel, or its tie, is already among the problems
         try:
-            layout, ends = _laid(name, boom, scenario, vessels, water_level)
+            layout, ends = _laid(name, boom, scenario, vessels, water_level, hanging.get(name))
         except ValueError as error:
             problems.append(Problem(f"booms.{name}", f"cannot be laid: {error}"))
             continue
@@ -111,7 +119,7 @@ def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Sol
         booms=booms,
         solids=tuple(solids),
         joints=tuple(joints),
-        lines=tuple(lines),
+        lines=(*lines, *place_ties(scenario, booms)),
         legs=place_moorings(
             scenario,
             booms,
@@ -233,26 +241,36 @@ class _Ends:
 
 
 def _laid(
-    name: str, settings: BoomSettings, scenario: Scenario, vessels: Mapping[str, Vessel], water_level: float
+    name: str,
+    settings: BoomSettings,
+    scenario: Scenario,
+    vessels: Mapping[str, Vessel],
+    water_level: float,
+    line: Array | None,
 ) -> tuple[BoomLayout, _Ends]:
-    """Lay a boom between its ends, and make it fast there."""
+    """Lay a boom between its ends, or along a line (S + 1, 2) [m] in which ties hold it, and make it fast there."""
     boom = _boom(settings, scenario)
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
     moored = held_ends(scenario.moorings, name, settings.segments)
-    if not any(isinstance(end, str) for end in settings.ends) and not any(moored):
+    tied = tied_ends(scenario.ties, name, settings.segments)
+    if not any(isinstance(end, str) for end in settings.ends) and not any(moored) and not any(tied):
         _require_slack(math.dist(*places), settings.length)
     bulge, stream = bulge_of(settings, scenario), settings.stream
     first, second = places
-    if stream is None:
+    if line is not None:
+        layout = lay_along(boom, line, water_level=water_level, name=f"boom/{name}")
+    elif stream is None:
         layout = lay_between(boom, first, second, water_level=water_level, name=f"boom/{name}", bulge=bulge)
     else:
         layout = lay_in_stream(boom, first, second, stream, water_level=water_level, name=f"boom/{name}")
+    layout = grounded(layout, scenario, water_level)
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
         holds = f"boom/{name}/tow-{label}"
-        if not isinstance(end, str) and moored[index]:
-            ends.tensions[label] = _mooring_of(scenario, name, settings.segments * index)
+        if not isinstance(end, str) and (moored[index] or tied[index]):
+            mooring = leg_that_holds(scenario.moorings, name, settings.segments * index)
+            ends.tensions[label] = tie_name(tied[index] or "") if mooring is None else leg_name(mooring)
             continue
         if not isinstance(end, str):
             ends.joints.append(PlacedJoint(name=holds, body_a=segment, body_b=None, point=point))
@@ -318,9 +336,12 @@ def _strung(
     )
 
 
-def _mooring_of(scenario: Scenario, boom: str, joint: int) -> str:
-    """Return the first leg that holds a boom at a joint."""
-    return next(leg_name(name) for name, leg in scenario.moorings.items() if (leg.boom, leg.joint) == (boom, joint))
+def _line_of(name: str, scenario: Scenario, vessels: Mapping[str, Vessel], water_level: float) -> Array:
+    """Return the line (S + 1, 2) [m] in which a boom hangs in its stream; ValueError for ends that no such boom has."""
+    settings = scenario.booms[name]
+    assert settings.stream is not None  # ties need it
+    first, second = (_boom_end(end, settings, vessels, water_level) for end in settings.ends)
+    return line_in_stream(_boom(settings, scenario), first, second, settings.stream)
 
 
 def bulge_of(settings: BoomSettings, scenario: Scenario) -> Literal["left", "right"]:
@@ -355,6 +376,7 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         buoyancy_to_weight=settings.buoyancy_to_weight,
         skirt_thickness=settings.skirt_thickness,
         ballast_fraction=settings.ballast_fraction,
+        base_width=settings.base_width,
         water_density=water_density(scenario),
     )
     boom = design.boom()

@@ -21,10 +21,11 @@ from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.particle_free import load_bodies
+from scenarios.setup.at_sea.shore import shore_solid
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
-from scenarios.setup.moorings import add_legs
+from scenarios.setup.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
 
 Array = NDArray[np.float64]
@@ -68,6 +69,9 @@ def lay_out(scenario: Scenario) -> Layout:
     own = own_solids(scenario, problems)
     fleet = place_fleet(scenario, level, own, problems)
     solids = (*own, *fleet.solids)
+    beach = beach_of(scenario)
+    if beach is not None and scenario.sea is not None:
+        solids = (*solids, shore_solid(beach, scenario.sea.depth))
     meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
     positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
     envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in solids if solid.envelope is not None}
@@ -175,12 +179,18 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
             world.hold_until(placed.name, solid.release)
     if any(solid.motion == "free" and solid.contact for solid in solids):
         _add_tank_sides(world, scenario.tank)
+        beach = beach_of(scenario)
+        if beach is not None:
+            world.add_half_space(beach.waterline, beach.normal)
     for joint in fleet.joints:
         world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
     for name, boom in scenario.booms.items():
         for joint_number in boom.parted if name in fleet.booms else ():
             world.part_joint(joint_name(name, joint_number))
     _add_lines(world, fleet, problems)
+    for name, tie in scenario.ties.items():
+        if tie.parted and tie_name(name) in world.lines.names:
+            world.part_line(tie_name(name))
     add_legs(world, fleet.legs, problems)
     problems += _overlaps(world, scenario.fluid.particle_spacing)
     return world
@@ -203,7 +213,9 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
             else:
                 world.add_line(line.name, line.body_a, line.body_b, (first, second), length=line.length, **rope)
         except ValueError as error:
-            problems.append(Problem(f"booms.{line.name.split('/')[1]}.line_stiffness", f"cannot be used: {error}"))
+            kind, name = line.name.split("/")[:2]
+            key = f"ties.{name}.stiffness" if kind == "ties" else f"booms.{name}.line_stiffness"
+            problems.append(Problem(key, f"cannot be used: {error}"))
 
 
 def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:

@@ -1,21 +1,23 @@
-"""Lays mooring legs: where they are made fast, the ground they lie on, and what is wrong with them."""
+"""Lays mooring legs and ties: where they are made fast, the ground and the shore, and what is wrong with them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.deployment import BoomLayout
+from booms.deployment import BoomLayout, PlacedLine, lay_aground
+from booms.equilibrium import HangingBoom, Tie, tied_lines
+from coupling.participants.plan_barriers import Beach
 from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
-from scenarios.schema.moorings import MooringSettings, PartSettings
+from scenarios.schema.moorings import MooringSettings, PartSettings, held_ends, tied_ends
 from scenarios.setup.placed_solids import Solid, vector
 from vessels.ground_tackle import Rope, laid_anchor, leg_part
 
@@ -42,11 +44,93 @@ def leg_name(mooring: str) -> str:
     return f"{ENTRY}/{mooring}"
 
 
+def tie_name(tie: str) -> str:
+    """Return the name of a tie among the lines of the world."""
+    return f"ties/{tie}"
+
+
+def place_ties(scenario: Scenario, booms: Mapping[str, BoomLayout]) -> tuple[PlacedLine, ...]:
+    """Return the ties of booms as laid, except those of booms that could not be laid."""
+    lines = []
+    for name, tie in scenario.ties.items():
+        if not all(boom in booms for boom in tie.booms):
+            continue
+        fast = [_boom_joint(booms[boom], joint) for boom, joint in zip(tie.booms, tie.joints, strict=True)]
+        one, first = fast[0]
+        two, second = (None, np.array([*tie.place, first[2]])) if tie.place is not None else fast[1]
+        lines.append(
+            PlacedLine(
+                name=tie_name(name),
+                body_a=one,
+                body_b=two,
+                points=np.array([first, second]),
+                stiffness=tie.stiffness,
+                breaking_load=math.inf if tie.breaking_load is None else tie.breaking_load,
+            )
+        )
+    return tuple(lines)
+
+
+def tied_shapes(
+    scenario: Scenario, afloat: Collection[str], hang: Callable[[str], Array], problems: list[Problem]
+) -> dict[str, Array | None]:
+    """Return the lines (S + 1, 2) [m] of tied booms by name; None for all if one is not `afloat`, or if they cannot hang.
+
+    hang: the line of a boom without its ties, or ValueError.
+    """
+    between = {name: tie for name, tie in scenario.ties.items() if tie.length is not None}
+    lines: dict[str, Array | None] = {boom: None for tie in between.values() for boom in tie.booms}
+    if not lines or not all(name in afloat for name in lines):
+        return lines
+    booms, stream = dict[str, HangingBoom](), 0.0
+    for name in lines:
+        settings = scenario.booms[name]
+        stream = settings.stream or 0.0
+        moored = held_ends(scenario.moorings, name, settings.segments)
+        tied = tied_ends(scenario.ties, name, settings.segments)
+        held = (moored[0] or tied[0] is None, moored[1] or tied[1] is None)
+        try:
+            booms[name] = HangingBoom(line=hang(name), load=settings.skirt_depth, held=held)
+        except ValueError as error:
+            problems.append(Problem(f"booms.{name}", f"cannot be laid: {error}"))
+            return lines
+    ties = [
+        Tie(name=name, ends=((tie.booms[0], tie.joints[0]), (tie.booms[1], tie.joints[1])), length=tie.length)
+        for name, tie in between.items()
+        if tie.length is not None
+    ]
+    try:
+        return {**lines, **tied_lines(booms, ties, stream)}
+    except ValueError as error:
+        problems.append(Problem("ties", f"cannot be laid: {error}"))
+        return lines
+
+
 def ground_level(scenario: Scenario) -> float | None:
     """Return the height [m] of the ground: of the sea in a run without particles, else of the tank's floor; None without one."""
     if not scenario.run.has_particles and scenario.sea is not None:
         return scenario.sea.level - scenario.sea.depth
     return None if "-z" in scenario.tank.open else scenario.tank.lower[2]
+
+
+def beach_of(scenario: Scenario) -> Beach | None:
+    """Return the shore of a scenario; None without one."""
+    shore, sea = scenario.shore, scenario.sea
+    if shore is None or sea is None:
+        return None
+    return Beach(
+        waterline=(*shore.waterline, sea.level),
+        seaward=shore.seaward,
+        slope=shore.slope,
+        width=shore.width,
+        capacity=shore.capacity,
+    )
+
+
+def grounded(layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomLayout:
+    """Return a boom with the part of it that reaches over the shore lying there; water_level [m]."""
+    beach = beach_of(scenario)
+    return layout if beach is None else lay_aground(layout, beach.height, water_level)
 
 
 def place_moorings(

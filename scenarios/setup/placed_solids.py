@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,9 +15,10 @@ from booms.deployment import PlacedBody
 from coupling.bodies import about_center_of_mass, mass_properties
 from coupling.rigid.prescribed_motion import PrescribedMotion
 from coupling.solids.solid_mesh import SolidMesh
+from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
 from coupling.solids.thin_parts import HELD
 from recordings.frame import Color
-from scenarios.problems import Problem
+from scenarios.problems import Problem, problems_of
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Body, Fixed, Free, MeshBody
 from scenarios.schema.parsing.quantity_fields import Vector
@@ -138,3 +140,16 @@ def _notes(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> tuple
             f"{where}: {hollow:.3g} m3 of sealed hollow stay dry and hold no mass; inside = {name!r} of a fill puts liquid there"
         )
     return tuple(notes)
+
+
+def sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
+    """Sample the surfaces of wetted solids, by the id of their mesh; a boom's segments share one."""
+    samplings: dict[int, SurfaceSampling] = {}
+    for solid in solids:
+        mesh = solid.placed.mesh
+        if id(mesh) not in samplings:
+            with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
+                samplings[id(mesh)] = sample_surface(
+                    mesh, particle_spacing, minimum_thickness=solid.least_thickness(particle_spacing)
+                )
+    return samplings

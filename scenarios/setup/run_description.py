@@ -121,6 +121,7 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_leve
         full_tension=max(pulls, default=0.0) or _fixed_boom_tension(layout),
         deployment=settings.kind,
         blockage=blockage(name, scenario, water_level),
+        fed_by=settings.fed_by,
     )
 
 

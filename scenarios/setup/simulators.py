@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 from coupling.assembly import CoupledBodies, couple_world
 from coupling.participants.rigid_bodies import Asked
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
+from coupling.solids.surface_sampling import SurfaceSampling, particles_of
+from oilsim.joint_readings import JointReadings
 from oilsim.solver import Fluid
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
@@ -24,7 +25,7 @@ from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import Layout, lay_out
-from scenarios.setup.placed_solids import Solid, table_entry
+from scenarios.setup.placed_solids import Solid, sampled
 from scenarios.setup.thin_bodies import thin_bodies
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ class Simulators:
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
-    slick: the oil of a run without particles, None without any; skimmers: what takes it off the water; window: the particles of a run at
-    sea, None in other runs.
+    slick: the oil of a run without particles, None without any; skimmers: what takes it off the water; windows: the boxes of particles of a
+    run at sea, of which the first has `fluid`; none in other runs.
     """
 
     scenario: Scenario
@@ -59,11 +60,18 @@ class Simulators:
     notes: tuple[str, ...]
     slick: SlickParticipant | None = None
     skimmers: tuple[SkimmingParticipant, ...] = ()
-    window: Window | None = None
+    windows: tuple[Window, ...] = ()
 
     def positions(self, phase: str, time: float) -> NDArray[np.float32]:
         """Return where the particles (N, 3) [m] of a phase are at `time` [s], in the order of their ids."""
-        return self.fluid.phase_positions(phase) if self.window is None else self.window.phase_places(phase, time)
+        if not self.windows:
+            return self.fluid.phase_positions(phase)
+        return np.concatenate([one.phase_places(phase, time) for one in self.windows])
+
+    @property
+    def readings(self) -> JointReadings:
+        """Readings of all liquid."""
+        return JointReadings([one.fluid for one in self.windows] or [self.fluid])
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """Return the wrench (6,) [N, N m] of the fluid, or of the sea without particles, on a body; 0 on a body that neither meets."""
@@ -77,11 +85,11 @@ def build_simulators(scenario: Scenario) -> Simulators:
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
     if written.run.detail == "window":
-        return _with_window(written, scenario, layout)
+        return _with_windows(written, scenario, layout)
     with problems_of("fluid", "cannot be built"):
         fluid, tank = build_fluid(scenario, layout.positions)
     wetted = [] if not scenario.run.has_particles else [solid for solid in solids if solid.wetted]
-    samplings = _sampled(wetted, scenario.fluid.particle_spacing)
+    samplings = sampled(wetted, scenario.fluid.particle_spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
     slick = _slick(written, layout)
     skimmers = _skimmers(written, layout, slick)
@@ -106,32 +114,31 @@ def build_simulators(scenario: Scenario) -> Simulators:
     )
 
 
-def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simulators:
-    """Put a window of particles into the sea; ScenarioError for bodies that cannot be sampled."""
+def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simulators:
+    """Put windows of particles into the sea; ScenarioError for bodies that cannot be sampled, and for windows that overlap."""
     from scenarios.setup.at_sea.window import (
-        build_window,
-        couple_window,
+        build_windows,
+        couple_windows,
         exchange_oil,
-        target_of,
+        targets_of,
     )  # only such a run pays for it
     from scenarios.setup.at_sea.window_choice import window_remarks
 
-    assert layout.sea is not None and written.window is not None
-    window = build_window(written, layout.sea)
+    assert layout.sea is not None
+    windows = build_windows(written, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
-    samplings = _sampled(wetted, scenario.fluid.particle_spacing)
-    target, slick = target_of(written.window.target, layout.fleet), _slick(written, layout)
+    targets, slick = targets_of(written, layout.fleet), _slick(written, layout)
     if slick is not None:
-        exchange_oil(window, slick)
+        exchange_oil(windows, slick)
     return Simulators(
         scenario=scenario,
         level=layout.level,
         fleet=layout.fleet,
         solids=layout.solids,
         coupled=() if layout.world is None else tuple(solid.name for solid in wetted),
-        fluid=window.fluid,
+        fluid=next(iter(windows.values())).fluid,
         tank=None,
-        bodies=couple_window(window, target, wetted, samplings, layout.world, () if slick is None else slick.bodies),
+        bodies=couple_windows(windows, targets, wetted, layout.world, () if slick is None else slick.bodies),
         world=layout.world,
         left_out=layout.left_out,
         thin={},
@@ -142,7 +149,7 @@ def _with_window(written: Scenario, scenario: Scenario, layout: Layout) -> Simul
         ),
         slick=slick,
         skimmers=_skimmers(written, layout, slick),
-        window=window,
+        windows=tuple(windows.values()),
     )
 
 
@@ -170,19 +177,6 @@ def _skimmers(written: Scenario, layout: Layout, slick: SlickParticipant | None)
     from scenarios.setup.at_sea.skimmers import build_skimmers
 
     return build_skimmers(written, slick, layout.fleet.booms)
-
-
-def _sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:
-    """Sample the surfaces of wetted solids, by the id of their mesh; a boom's segments share one."""
-    samplings: dict[int, SurfaceSampling] = {}
-    for solid in solids:
-        mesh = solid.placed.mesh
-        if id(mesh) not in samplings:
-            with problems_of(table_entry(solid.name), "cannot be sampled with particles"):
-                samplings[id(mesh)] = sample_surface(
-                    mesh, particle_spacing, minimum_thickness=solid.least_thickness(particle_spacing)
-                )
-    return samplings
 
 
 def _wet(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from oilsim.quantity import Quantity, quantities
 from scenarios.schema.bodies import Body, Fixed
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
-from scenarios.schema.moorings import MooringSettings
+from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.weather import ForcingSettings
 from scenarios.signals.weather_inputs import CurrentListener, set_current, set_wind
@@ -60,6 +60,10 @@ class SignalTables(Protocol):
     @property
     def moorings(self) -> Mapping[str, MooringSettings]:
         """Mooring legs by name."""
+
+    @property
+    def ties(self) -> Mapping[str, TieSettings]:
+        """Lines between booms by name."""
 
     @property
     def skimmers(self) -> Mapping[str, SkimmerSettings]:
@@ -160,6 +164,8 @@ def signals_of(exercise: SignalTables) -> dict[str, Signal]:
     for name in exercise.moorings:
         for what, unit in (("tension", "N"), ("dragged", "m")):
             found.append(Signal(name=f"moorings.{name}.{what}", unit=unit, read=partial(_leg, name, what)))
+    for name in exercise.ties:
+        found.append(Signal(name=f"ties.{name}.tension", unit="N", read=partial(_tied, name)))
     for name in exercise.skimmers:
         for what, unit in SKIMMED:
             found.append(Signal(name=f"skimmers.{name}.{what}", unit=unit, read=partial(_skimmed, name, what)))
@@ -248,6 +254,12 @@ def _leg(mooring: str, what: str, parts: RunParts) -> float:
     """Return the tension [N] of a mooring leg, or how far [m] its anchor has dragged."""
     assert parts.world is not None
     return float(getattr(cast("MooringLeg", parts.world.lines[f"moorings/{mooring}"]), what))
+
+
+def _tied(tie: str, parts: RunParts) -> float:
+    """Return the tension [N] of a tie, the mean over the last step."""
+    assert parts.world is not None
+    return parts.world.tension(f"ties/{tie}")
 
 
 def _skimmed(skimmer: str, what: str, parts: RunParts) -> float:

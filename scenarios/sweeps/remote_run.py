@@ -1,4 +1,4 @@
-"""One run of a sweep in a process of its own: `python -m scenarios.sweeps.remote_run PLAN.json SUMMARY.json`.
+"""One run of a sweep in a process of its own: `python -m scenarios.sweeps.remote_run PLAN.json SUMMARY.json [RECORDING.rrd]`.
 
 A crash of the run cannot take a worker of a cluster with it, and a run may have the signals that it needs. The process ends when the one
 that started it is gone.
@@ -13,7 +13,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,25 +23,42 @@ WATCH_INTERVAL = 1.0  # [s] between looks after the parent; technical
 TOLD = 2000  # characters of a failed run's last words
 
 
-def run_elsewhere(plan: Mapping[str, Any]) -> dict[str, Any]:
-    """Run a plan (`Plan.as_data`) in a new process; return `code`, `summary` (None without one) and `said`, its last words."""
+def run_elsewhere(
+    plan: Mapping[str, Any], record: str | None = None, started: Callable[[subprocess.Popen[str]], None] | None = None
+) -> dict[str, Any]:
+    """Run a plan (`Plan.as_data`) in a new process; return `code`, `summary` (None without one) and `said`, its last words.
+
+    record: path of the recording to write, None for none; started: is handed the process, which has a session of its own: Ctrl-C in a
+    terminal does not reach it.
+    """
     with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
         order, summary = Path(folder, "plan.json"), Path(folder, "summary.json")
         order.write_text(json.dumps(plan), encoding="utf-8")
-        command = module_command("scenarios.sweeps.remote_run", str(order), str(summary))
-        ended = subprocess.run(command, capture_output=True, text=True, check=False, env=module_environment())
+        places = [str(order), str(summary), *([record] if record else [])]
+        command = module_command("scenarios.sweeps.remote_run", *places)
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=module_environment(),
+            start_new_session=True,
+        )
+        if started is not None:
+            started(process)
+        out, error = process.communicate()
         written = json.loads(summary.read_text(encoding="utf-8")) if summary.is_file() else None
-    return {"code": ended.returncode, "summary": written, "said": (ended.stderr or ended.stdout)[-TOLD:]}
+    return {"code": process.returncode, "summary": written, "said": (error or out)[-TOLD:]}
 
 
-def _run(order: Path, summary: Path) -> int:
+def _run(order: Path, summary: Path, record: Path | None) -> int:
     from rich.console import Console
 
     from scenarios.running.plan import plan_from
     from scenarios.running.run import RunOptions, run_scenario
 
     plan = plan_from(json.loads(order.read_text(encoding="utf-8")))
-    options = RunOptions(record=None, summary=summary, overwrite=True)
+    options = RunOptions(record=record, summary=summary, overwrite=True)
     return run_scenario(
         plan.scenario, text=plan.text, overrides=plan.overrides, options=options, console=Console(stderr=True)
     )
@@ -56,4 +73,5 @@ def _end_with(parent: int) -> None:
 
 if __name__ == "__main__":
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
-    sys.exit(_run(Path(sys.argv[1]), Path(sys.argv[2])))
+    places = [Path(one) for one in sys.argv[1:]]
+    sys.exit(_run(places[0], places[1], places[2] if len(places) > 2 else None))

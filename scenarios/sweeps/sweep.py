@@ -12,6 +12,7 @@ from rich.console import Console
 from scenarios.exit_codes import DONE, FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.run import RunOptions, run_scenario
+from scenarios.sweeps.at_once import run_at_once
 from scenarios.sweeps.results import Outcome, differing, table, write_parquet, write_table
 from scenarios.sweeps.variants import Variant
 from scenarios.text.terminal import terminal
@@ -23,52 +24,50 @@ def run_sweep(
     folder: Path,
     *,
     recorded: bool = False,
+    workers: int = 1,
     scheduler: str | None = None,
     console: Console | None = None,
 ) -> int:
     """Run the variants that are not complete yet, with a summary and, if `recorded`, a recording each.
 
-    `scheduler`: address of a Dask cluster that makes the runs, one after the other here without it.
-    Writes sweep.csv, sweep.parquet and sweep.png into the folder. Returns the exit code of the `oilsim` command: that of the first failed
-    run, or of the signal that stopped the sweep. A later call with the same folder continues: it does not repeat complete runs of the same
-    scenario.
+    `workers`: runs at a time on this machine, each in a process of its own on one thread; 1: one after the other, here. `scheduler`:
+    address of a Dask cluster that makes the runs instead. Writes sweep.csv, sweep.parquet and pictures into the folder. Returns the exit
+    code of the `oilsim` command: that of the first failed run, or of the signal that stopped the sweep. A later call with the same folder
+    continues: it does not repeat complete runs of the same scenario.
     Raises ScenarioError if the folder cannot be created.
     """
     console = console or terminal(stderr=True)
     _make(folder)
-    if scheduler is not None:
-        return _run_on_cluster(chosen, folder, scheduler, console)
-    outcomes: list[Outcome] = []
-    spent: list[float] = []
-    code = DONE
-    waiting = {variant.name for variant in chosen if not _is_complete(variant, folder, recorded)}
-    for number, variant in enumerate(chosen, 1):
-        head = f"{number} of {len(chosen)}: {variant.title}"
-        if variant.name not in waiting:
-            console.print(f"{head}: already complete", highlight=False)
-        else:
-            left = f", about {clock(sum(spent) / len(spent) * len(waiting))} left" if spent else ""
-            console.print(f"{head}{left}", style="bold", highlight=False)
-            begin = wall_clock.perf_counter()
-            ended = _run(variant, folder, recorded, console)
-            spent.append(wall_clock.perf_counter() - begin)
-            waiting.remove(variant.name)
-            code = code or ended
-            if ended not in (DONE, FAILED):
-                break
-        outcomes += _outcomes([variant], folder)
-    _leave(outcomes, folder, console)
+    waiting = [variant for variant in chosen if not _is_complete(variant, folder, recorded)]
+    if len(waiting) < len(chosen):
+        console.print(f"{len(chosen) - len(waiting)} of {len(chosen)} already complete", highlight=False)
+    if not waiting:
+        code = DONE
+    elif scheduler is not None:
+        from scenarios.sweeps.cluster import run_on_cluster  # distributed is needed by few
+
+        code = run_on_cluster(waiting, folder, scheduler, console)
+    elif workers > 1:
+        code = run_at_once(waiting, folder, workers, console, recorded=recorded)
+    else:
+        code = _run_in_turn(waiting, folder, recorded, console)
+    whole = code in (DONE, FAILED)
+    ended = [variant for variant in chosen if whole or _is_complete(variant, folder, recorded)]
+    _leave(_outcomes(ended, folder), folder, console)
     return code
 
 
-def _run_on_cluster(chosen: Sequence[Variant], folder: Path, scheduler: str, console: Console) -> int:
-    """Run what is not complete on a cluster, whose code is imported only if it is asked for."""
-    from scenarios.sweeps.cluster import run_on_cluster
-
-    waiting = [variant for variant in chosen if not _is_complete(variant, folder, recorded=False)]
-    console.print(f"{len(chosen) - len(waiting)} of {len(chosen)} already complete", highlight=False)
-    code = run_on_cluster(waiting, folder, scheduler, console) if waiting else DONE
-    _leave(_outcomes(chosen, folder), folder, console)
+def _run_in_turn(waiting: Sequence[Variant], folder: Path, recorded: bool, console: Console) -> int:
+    """Run variants one after the other, on all cores and with their messages; stop where a run is stopped by a signal."""
+    code, begun = DONE, wall_clock.perf_counter()
+    for done, variant in enumerate(waiting):
+        spent = wall_clock.perf_counter() - begun
+        left = f", about {clock(spent / done * (len(waiting) - done))} left" if done else ""
+        console.print(f"{done + 1} of {len(waiting)}: {variant.title}{left}", style="bold", highlight=False)
+        ended = _run(variant, folder, recorded, console)
+        code = code or ended
+        if ended not in (DONE, FAILED):
+            return ended
     return code
 
 
@@ -98,10 +97,13 @@ def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
     told = f"table of all figures: {folder / 'sweep.csv'}, and as Parquet"
     if differing([outcome.figures() for outcome in outcomes]):
         from scenarios.sweeps.chart import draw_sweep
+        from scenarios.sweeps.loss_map import draw_loss_map
 
         draw_sweep(outcomes, folder / "sweep.png")
         console.print(table(outcomes))
         told += f", picture: {folder / 'sweep.png'}"
+        if draw_loss_map(outcomes, folder / "loss-map.png"):
+            told += f", loss map: {folder / 'loss-map.png'}"
     console.print(told, highlight=False)
 
 

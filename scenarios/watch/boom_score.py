@@ -68,6 +68,7 @@ class BoomScore:
         self._time: float | None = None
         self.strength_share: float | None = None  # [-] largest along the boom now; None without a strength
         self._berth = settings.berth
+        self._has_tide = scenario.sea is not None and scenario.sea.tide is not None
         self.held_speed = 0.0  # [m/s] largest along the boom that is held now
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
@@ -133,6 +134,8 @@ class BoomScore:
             series["metrics/strength_share"] = self.strength_share
         if self._berth is not None:
             series["metrics/to_berth"] = float(np.linalg.norm(state.line()[-1] - self._berth))
+        if self._has_tide:
+            series["metrics/water_level"] = level
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.passed, report.retained + report.lost)

@@ -20,6 +20,7 @@ from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.fleet import Fleet
 from scenarios.watch.boom_score import BoomScore, Notice
+from scenarios.watch.sea_edge import rise_of
 from scenarios.watch.slick_account import lost_parcels
 from vessels.vessel import Vessel
 
@@ -70,9 +71,9 @@ class Scoring:
             return
         for boom in self.booms:
             boom.lose(time, self._fluid, self._world, self._level)
-        oil = self._oil()
+        oil, level = self._oil(), self._level + rise_of(self._world, time)
         for boom in self.booms:
-            boom.advance(time, self._world, oil, self._level, self._current, self._slick)
+            boom.advance(time, self._world, oil, level, self._current, self._slick)
         self.balance = balance([boom.tracker for boom in self.booms], oil[1])
 
     def series(self) -> dict[str, float]:

@@ -30,7 +30,7 @@ from coupling.master.exchange_ledger import ExchangeLedger
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
-from oilsim.solver import Fluid
+from oilsim.joint_readings import JointReadings
 
 Array = NDArray[np.float64]
 WallSeconds = Callable[[], Mapping[str, float]]
@@ -44,7 +44,7 @@ class CouplingAccount:
 
     def __init__(
         self,
-        fluid: Fluid,
+        fluid: JointReadings,
         participant: FluidParticipant,
         world: RigidBodyWorld | None,
         coupled: Sequence[str],

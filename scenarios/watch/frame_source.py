@@ -19,15 +19,20 @@ from recordings.frame import (
 )
 from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.fleet import Fleet
+from scenarios.setup.moorings import tie_name
 from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
+from scenarios.watch.sea_edge import rise_of
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
+from scenarios.watch.water_surface import sea_with_windows, tank_surface
 
 Array = NDArray[np.float64]
+
+SPATIAL = 3  # [1] dimensions of a run that is no slice
 
 
 def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
@@ -75,23 +80,42 @@ class FrameReader:
         )
 
     def _surface(self, time: float) -> SurfaceFrame | None:
-        """Return the surface of the sea at `time` [s]; None in a run with particles, or without a sea by formulas."""
+        """Return the surface of the water at `time` [s]; None without water, in a slice, and in a run of bodies at sea without a world."""
         simulators = self._simulators
+        if simulators.scenario.run.has_particles:
+            return self._tank_surface(time)
         world = simulators.world
         sea = None if world is None else getattr(world.environment, "sea", None)
-        if world is None or sea is None or simulators.window is not None or simulators.scenario.run.has_particles:
+        if world is None or sea is None:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
         oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
-        return self._sea_surface.frame(sea, time, np.concatenate([places, *oil]))
+        around = np.concatenate([places, *oil])
+        windows = [window for window in simulators.windows if window.settings.dimension == SPATIAL]
+        if not windows:
+            return self._sea_surface.frame(sea, time, around)
+        return sea_with_windows(sea, time, around, windows)
+
+    def _tank_surface(self, time: float) -> SurfaceFrame | None:
+        """Return the surface of the particles of all liquids but oil; None without any, in a slice, and where gravity is not downwards."""
+        simulators, scenario = self._simulators, self._simulators.scenario
+        is_down = scenario.fluid.gravity[2] < 0.0 and not any(scenario.fluid.gravity[:2])
+        waters = [name for name, phase in scenario.phases.items() if not phase.is_oil]
+        if not waters or not is_down or simulators.fluid.config.dimension < SPATIAL:
+            return None
+        places = np.concatenate([simulators.positions(name, time) for name in waters])
+        return tank_surface(places, scenario.fluid.particle_spacing, scenario.tank.lower, scenario.tank.upper)
 
     def _film(self, surface: SurfaceFrame) -> FilmFrame | None:
         slick = self._simulators.slick
         return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
 
     def _moorings(self) -> dict[str, float]:
-        """Return the tension [N] of each mooring leg, and how far [m] its anchor has dragged."""
+        """Return the tension [N] of each tie and mooring leg, and how far [m] its anchor has dragged."""
         world, series = self._simulators.world, dict[str, float]()
+        if world is not None:
+            ties = [tie_name(name) for name in self._simulators.scenario.ties]
+            series |= {f"{tie}/tension": world.tension(tie) for tie in ties}
         for leg in self._simulators.fleet.legs if world is not None else ():
             assert world is not None
             line = world.lines[leg.name]
@@ -112,14 +136,16 @@ class FrameReader:
         return outputs
 
     def _phases(self, time: float) -> Mapping[str, PhaseFrame]:
-        fluid, slick = self._simulators.fluid, self._simulators.slick
+        readings, slick = self._simulators.readings, self._simulators.slick
         frames = {
-            name: PhaseFrame(position=self._simulators.positions(name, time), id=fluid.phase_ids(name))
+            name: PhaseFrame(position=self._simulators.positions(name, time), id=readings.phase_ids(name))
             for name in self._simulators.scenario.phases
         }
         if slick is not None:  # parcels of several oils are shown as one
             oil = next(name for name, phase in self._simulators.scenario.phases.items() if phase.is_oil)
-            frames[oil] = phase_of(slick, self._simulators.level, time)
+            world = self._simulators.world
+            level = self._simulators.level + (0.0 if world is None else rise_of(world, time))
+            frames[oil] = phase_of(slick, level, time)
         return frames
 
     def _body(self, solid: Solid) -> BodyFrame:

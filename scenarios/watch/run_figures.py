@@ -6,13 +6,13 @@ import time as wall_clock
 from collections.abc import Callable
 
 from oilsim.advance_report import AdvanceReport
-from oilsim.solver import Fluid
+from oilsim.joint_readings import JointReadings
 
 
 class RunFigures:
     """Reads the figures of a run from its fluid, and keeps its pace: simulated time over wall time in the last step."""
 
-    def __init__(self, fluid: Fluid, report: Callable[[], AdvanceReport | None]) -> None:
+    def __init__(self, fluid: JointReadings, report: Callable[[], AdvanceReport | None]) -> None:
         """`report` gives the fluid's report on its last advance; None before the first."""
         self._fluid = fluid
         self._report = report
@@ -37,6 +37,6 @@ class RunFigures:
             figures["metrics/residual_density"] = report.density_error
             figures["metrics/residual_divergence"] = report.divergence_error
             figures |= {f"metrics/iterations_{kind}": count for kind, count in report.iterations.items()}
-            if self._fluid.config.sleep_speed > 0.0:
+            if self._fluid.may_sleep:
                 figures["metrics/particles_asleep"] = float(report.asleep)
         return figures

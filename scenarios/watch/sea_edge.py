@@ -1,13 +1,18 @@
-"""The edge of the simulated sea: where a boom or a vessel leaves it, and where it only sails on into a sea that repeats."""
+"""The edge of the simulated sea, where a boom or a vessel leaves it or sails on into a sea that repeats; and the rise of its surface."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.schema.liquid import Tank
+
+if TYPE_CHECKING:
+    from oilsim.sea import Sea
 
 
 def sides_passed(tank: Tank, places: NDArray[np.float64], slack: float) -> Iterator[tuple[str, str, bool]]:
@@ -22,3 +27,9 @@ def sides_passed(tank: Tank, places: NDArray[np.float64], slack: float) -> Itera
                 yield side, f"{text}: from here on it may meet its own wake and oil that it has lost", False
             elif way > slack and side in tank.open:
                 yield side, f"has left the simulated sea through its open side {side}: its scoring ends here", True
+
+
+def rise_of(world: RigidBodyWorld, time: float) -> float:
+    """Return the height [m] of the still water at `time` [s] above that at the start, by the tide of the sea that loads the bodies."""
+    sea: Sea | None = getattr(world.environment, "sea", None)
+    return 0.0 if sea is None else sea.rise(time)

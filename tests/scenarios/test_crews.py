@@ -36,6 +36,33 @@ CREWS = {
         boom="main",
         missed="speed",
     ),
+    "v-sweep": Crews(
+        good=(),
+        bad=("injects.hurries={at=40.0, orders=['tow.speed_kn=0.7'], text='The crew hurries'}",),
+        boom="main",
+        missed="speed",
+    ),
+    "open-apex-follow": Crews(
+        good=(),
+        bad=(
+            "injects.strays={at=10.0, orders=['vessels.follower.legs=[{speed_kn=0.2, heading_deg=25.0}]',"
+            " 'vessels.outrigger.legs=[{speed_kn=0.2, heading_deg=25.0}]'], text='The sweep strays from behind the opening'}",
+        ),
+        boom="pocket",
+        missed="fed",
+    ),
+    "launch-from-slip": Crews(
+        good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-66.0'], text='The crew ashore pays out'}",),
+        bad=("injects.pays={at=12.0, orders=['ties.brake.hauled=-20.0'], text='The crew ashore pays out, and stops'}",),
+        boom="main",
+        missed="deployed",
+    ),
+    "shore-seal": Crews(
+        good=(),
+        bad=("booms.main.boom=cfr-rivers",),
+        boom="main",
+        missed="clean",
+    ),
     "anchored-containment": Crews(
         good=(),
         bad=(
@@ -48,7 +75,10 @@ CREWS = {
     ),
     "inlet-exclusion": Crews(
         good=(),
-        bad=("booms.main.ends=[[-30.0, 0.0], [16.0, 0.0]]", "booms.main.length=64.4"),
+        bad=(
+            "booms.main.ends=[[-30.0, 0.0], [2.0, 0.0]]",
+            "booms.main.length=44.8",
+        ),  # it ends in the middle of the inlet
         boom="main",
         missed="clean",
     ),
@@ -102,5 +132,5 @@ def test_every_crew_and_level_is_a_sound_exercise(name: str) -> None:
 def test_every_exercise_has_goal_brief_and_notes() -> None:
     exercises = [load_scenario(name).scenario.exercise for name in library_paths()]
     found = [one for one in exercises if one is not None]
-    assert len(found) >= 9
+    assert len(found) >= 13
     assert all(one.goal.strip() and one.brief.strip() and one.notes.strip() for one in found)

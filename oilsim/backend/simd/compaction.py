@@ -1,8 +1,8 @@
 """The innermost loop of the neighbour search: append to a list those candidates that lie within a ball.
 
 Compilers do not vectorise a loop that sometimes appends. So LANES candidates are compared at once, and the near ones are packed together
-in a register. Against a plain loop this was measured 4 to 5 times faster where the processor packs in one instruction (AVX-512, 16
-lanes), and 1.1 times where LLVM spells the packing out (AVX2, 8 lanes).
+in a register: in one instruction where the processor has it (AVX-512, 16 lanes), in the order of a table where it permutes lanes (AVX2, 8
+lanes), else as LLVM spells it out. Against a plain loop the first was measured 4 to 5 times faster, and the last 1.1 times.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from oilsim.backend.simd.types import INT, LONG, call, constant, every, numbered
 PACKS = bool(binding.get_host_cpu_features().get("avx512f", False))  # whether the processor packs in one instruction
 # [numbers] of a vector that the search packs; theory; as many as AVX-512 packs in one instruction, else as many as kernels take
 LANES = 16 if PACKS else vectors.LANES
+# whether the processor permutes lanes by a vector, in one instruction
+PERMUTES = not PACKS and LANES == 8 and bool(binding.get_host_cpu_features().get("avx2", False))
 # [m2] margin of no candidate at all; theory; nearly the largest float32
 FAR = np.float32(3e38)
 
@@ -51,9 +53,13 @@ def _masked_gather(builder: Any, base: Any, chosen: Any, present: Any) -> Any:
 
 
 def _nearest_image(builder: Any, delta: Any, period: Any) -> Any:
-    """Return delta - period floor(delta / period + 1/2), or delta itself where the period is 0."""
+    """Return delta - period floor(delta / period + 1/2), or delta itself where the period is 0.
+
+    The rounding of the quotient matters at half a period alone, where nothing is near.
+    """
     length = every(builder, period, REALS)
-    turns = builder.fadd(builder.fdiv(delta, length), constant(REALS, 0.5))
+    inverse = builder.fdiv(constant(REALS, 1.0), length)  # once for all rounds of a loop
+    turns = builder.fadd(builder.fmul(delta, inverse), constant(REALS, 0.5))
     whole = call(builder, f"floor.{REALS.suffix}", REALS.llvm, turns)
     wrapped = builder.fsub(delta, builder.fmul(length, whole))
     return builder.select(builder.fcmp_ordered(">", length, constant(REALS, 0.0)), wrapped, delta)
@@ -74,11 +80,23 @@ def _squared_distance(builder: Any, ball: Any, load_row: Any, open_space: bool) 
 
 def _pack(builder: Any, chosen: Any, near: Any, place: Any) -> Any:
     """Store the `near` ones of the indices `chosen` from `place` on, and return their number."""
-    nothing = ir.Constant(INDICES.llvm, ir.Undefined)
-    name = f"experimental.vector.compress.{INDICES.suffix}"
-    packed = call(builder, name, INDICES.llvm, chosen, near, nothing)
+    bits = builder.bitcast(near, ir.IntType(LANES))
+    if PERMUTES:
+        table = cgutils.global_constant(builder.module, "oilsim.packed_lanes", _packed_lanes())
+        order = builder.load(builder.gep(table, [LONG(0), builder.zext(bits, LONG)]), align=4)
+        packed = call(builder, "x86.avx2.permd", INDICES.llvm, chosen, order)
+    else:
+        nothing = ir.Constant(INDICES.llvm, ir.Undefined)
+        packed = call(builder, f"experimental.vector.compress.{INDICES.suffix}", INDICES.llvm, chosen, near, nothing)
     builder.store(packed, builder.bitcast(place, INDICES.llvm.as_pointer()), align=4)
-    return builder.zext(builder.ctpop(builder.bitcast(near, ir.IntType(LANES))), LONG)
+    return builder.zext(builder.ctpop(bits), LONG)
+
+
+def _packed_lanes() -> Any:
+    """Return, for each set of lanes as the bits of a number, the order in which these lanes come first."""
+    orders = [[lane for lane in range(LANES) if bits >> lane & 1] for bits in range(1 << LANES)]
+    rows = [ir.Constant(INDICES.llvm, order + [0] * (LANES - len(order))) for order in orders]
+    return ir.Constant(ir.ArrayType(INDICES.llvm, len(rows)), rows)
 
 
 def _least_margin(builder: Any, square: Any, limit: Any, present: Any) -> Any:

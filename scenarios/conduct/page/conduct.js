@@ -35,8 +35,10 @@ const on = {
     at("notice").hidden = true;
   },
   session(message) {
-    const isNew = message.run !== conduct.session?.run;
+    const before = conduct.session, isNew = message.run !== before?.run;
     conduct.session = message;
+    if (message.run === 1 && message.phase === "building") notice("The run is being built. The first one on a machine is compiled, which takes some minutes.", false, 0);
+    else if (message.run === 1 && before?.phase === "building") notice("");
     at("tab-debrief").hidden = !message.debriefs.length;
     if (isNew) select("plan");
     phase();
@@ -135,7 +137,7 @@ function select(name) {
   at("views").hidden = at("timeline").hidden = name === "debrief";
   at("view-debrief").hidden = name !== "debrief";
   if (!at("view-scene").hidden && !at("view-scene").firstChild) {
-    const frame = document.createElement("iframe");
+    const frame = document.createElement("iframe"); // of another origin: browsers give it a process of its own
     frame.title = "3-D view";
     frame.src = conduct.hello.viewer;
     at("view-scene").append(frame);
@@ -146,7 +148,7 @@ function select(name) {
 // Lets the 3-D view show the moment at which the timeline stands.
 function moveScene() {
   const frame = at("view-scene").firstChild;
-  if (frame) frame.contentWindow.postMessage({ time: timeline.past }, location.origin);
+  if (frame) frame.contentWindow.postMessage({ time: timeline.past }, new URL(frame.src).origin);
 }
 
 async function debrief() {
@@ -206,6 +208,13 @@ for (const name of ["plan", "scene", "both"]) at(`tab-${name}`).addEventListener
 at("tab-debrief").addEventListener("click", () => openDebriefs(conduct.session.debriefs));
 at("password").addEventListener("close", () => link.retry(at("password-text").value));
 
+// The 3-D view takes the keyboard when it begins; a page whose keys waited for the view to draw would be late, so it takes them back.
+function takeKeysBack() {
+  const frame = at("view-scene").firstChild;
+  if (frame && document.activeElement === frame && !frame.matches(":hover")) { frame.blur(); focus(); }
+}
+addEventListener("blur", () => setTimeout(takeKeysBack)); // the frame has the focus only after this event
+
 // A button that a pointer has pressed gives the keyboard back to the page.
 document.addEventListener("click", (event) => { if (event.detail > 0) event.target.closest?.("button")?.blur(); });
 document.addEventListener("keydown", (event) => {
@@ -232,7 +241,8 @@ const timeline = new Timeline(at, link, show), debriefs = new Debriefs(at("view-
 timeline.onPresent = () => { if (conduct.state) show(conduct.state); moveScene(); };
 timeline.onLook = moveScene;
 addEventListener("message", (event) => {
-  if (event.origin !== location.origin) return;
-  if (event.data === "scene" && timeline.past !== null) moveScene();
+  const frame = at("view-scene").firstChild;
+  if (!frame || event.source !== frame.contentWindow || event.origin !== new URL(frame.src).origin) return;
+  if (event.data === "scene") { takeKeysBack(); if (timeline.past !== null) moveScene(); }
   if (event.data.key) press(event.data.key);
 });

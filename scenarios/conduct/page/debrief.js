@@ -1,4 +1,5 @@
-// The debrief in the page: the program's own page of a recording, two side by side after a branch, its export as one file, and "what if".
+// The debrief in the page: the program's own page of a recording, two side by side after a branch, its export as one file or on paper, and
+// "what if".
 import { clock } from "./units.js";
 
 const element = (kind, entries = {}, ...inner) => { const one = Object.assign(document.createElement(kind), entries); one.append(...inner); return one; };
@@ -20,6 +21,9 @@ export class Debriefs {
     for (const page of this.pages) {
       bar.append(element("a", { href: page.address, download: `${page.name}-debrief.html`, textContent: `Save ${page.name} as one HTML file` }));
       const frame = element("iframe", { title: `Debrief of ${page.name}`, src: page.address });
+      const print = element("button", { textContent: "Print or save as PDF", ariaLabel: `Print ${page.name} or save it as PDF` });
+      print.addEventListener("click", () => frame.contentWindow.print());
+      bar.append(print);
       pages.append(element("figure", {}, element("figcaption", { textContent: page.name }), frame));
     }
     if (tries.length) bar.append(element("span", { className: "spacer" }), ...this.whatIf(tries, tryAgain));

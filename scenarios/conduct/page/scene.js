@@ -1,4 +1,6 @@
-// The 3-D view: the Rerun viewer without its panels. The page around it says which moment it shows, in messages { time: seconds or null }.
+// The 3-D view: the Rerun viewer without its panels, in a process of its own. The page around it, of another origin, says which moment it
+// shows, in messages { time: seconds or null }.
+const page = new URLSearchParams(location.search).get("page");
 const words = document.getElementById("words");
 const PAUSED = 1, FOLLOWING = 3; // play states of the viewer
 
@@ -21,6 +23,8 @@ function setTime(seconds, state) {
 
 function say(text) { words.textContent = text; words.hidden = !text; }
 
+console.debug = () => {}; // the viewer would tell each step of its compiler of shaders, tens of thousands of lines
+
 async function begin() {
   await wasm_bindgen({ module_or_path: "/viewer/re_viewer_bg.wasm" });
   const panels = { top: "Hidden", blueprint: "Hidden", selection: "Hidden", time: "Hidden" };
@@ -39,15 +43,15 @@ async function begin() {
     isAsking = false;
     show();
   }
-  addEventListener("message", (event) => { if (event.origin === location.origin) { wanted = event.data; show(); } });
+  addEventListener("message", (event) => { if (event.origin === page) { wanted = event.data; show(); } });
   setInterval(() => { if (view.has_panicked()) say("The 3-D view has failed. Open the page again."); }, 1000);
-  parent.postMessage("scene", location.origin);
+  parent.postMessage("scene", page);
 }
 // The page's keys belong to the page, wherever the focus is; all others move the camera.
 const OF_PAGE = [" ", ".", "+", "-", "m", "Enter", "ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"];
 addEventListener("keydown", (event) => {
   if (!OF_PAGE.includes(event.key) || event.ctrlKey || event.metaKey || event.altKey) return;
   event.stopImmediatePropagation();
-  parent.postMessage({ key: event.key }, location.origin);
+  parent.postMessage({ key: event.key }, page);
 }, { capture: true });
 begin().catch((error) => say(`This browser cannot show the 3-D view: ${error.message ?? error}. The plan shows the same from above.`));

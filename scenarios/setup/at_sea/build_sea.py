@@ -20,6 +20,7 @@ from oilsim.sea import (
     SeaDescription,
     SteadyFlow,
     TidalFlow,
+    Tide,
     Turbulence,
     WindDrift,
     WindField,
@@ -82,6 +83,7 @@ def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea | N
             wind=wind,
             langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=seed),
             turbulence=None if turbulence is None else Turbulence(**_values(turbulence), seed=seed),
+            tide=None if settings.tide is None else Tide(**_values(settings.tide)),
             **parts,
         )
     )

@@ -17,7 +17,7 @@ from coupling.master.connection import Connection
 from coupling.participants.plan_barriers import BoomBodies
 from coupling.participants.slick import SlickParticipant
 from oilsim.sea import Sea
-from oilsim.slick.barriers import Boom
+from oilsim.slick.barriers import Barrier, Boom, Outline
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
@@ -26,6 +26,7 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, SphereFill, Tank
 from scenarios.setup.boom_losses import tension_of
+from scenarios.setup.moorings import beach_of
 from scenarios.setup.placed_solids import vector
 
 Array = NDArray[np.float64]
@@ -80,8 +81,15 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
     spills = {
         name: spill_of(fill, written.tank) for name, fill in written.fill.items() if written.phases[fill.phase].is_oil
     }
-    bodies = [_boom_bodies(name, layout) for name, layout in booms.items()]
-    barriers = [_boom(name, layout, own) for (name, layout), own in zip(booms.items(), bodies, strict=True)]
+    bodies = [
+        _boom_bodies(name, layout, seals=written.booms[name].base_width is not None) for name, layout in booms.items()
+    ]
+    barriers: list[Barrier] = [
+        _boom(name, layout, own) for (name, layout), own in zip(booms.items(), bodies, strict=True)
+    ]
+    beach = beach_of(written)
+    if beach is not None:
+        barriers.append(Outline(name=beach.name, nodes=beach.outline(0.0), capacity=beach.capacity, carries=False))
     sources = oil_sources(written)
     released = sum(spill.volume for spill in spills.values()) + sum(
         min(settings.volume or math.inf, sources[name].rate * max(0.0, written.run.duration - settings.start))
@@ -114,6 +122,7 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
         ),
         water=_water(sea, booms),
         surface=sea,
+        beach=beach,
     )
     participant.sources.extend(sources.values())
     return participant
@@ -197,7 +206,7 @@ def _age(spill: Spill, oil: Oil, settings: SlickSettings) -> float:
     return low
 
 
-def _boom_bodies(name: str, layout: BoomLayout) -> BoomBodies:
+def _boom_bodies(name: str, layout: BoomLayout, *, seals: bool) -> BoomBodies:
     start, end = (vector(point) for point in layout.segment.joint_points)
     waterline = layout.segment.waterline
     return BoomBodies(
@@ -207,6 +216,7 @@ def _boom_bodies(name: str, layout: BoomLayout) -> BoomBodies:
         end=end,
         foot=(0.0, 0.0, waterline - layout.boom.skirt_depth),
         top=(0.0, 0.0, waterline + layout.boom.freeboard),
+        seals=seals,
     )
 
 

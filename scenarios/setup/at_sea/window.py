@@ -1,4 +1,4 @@
-"""The window of a run with run.detail = "window": particles around a target, inside the sea by formulas (`oilsim.window`)."""
+"""The windows of a run with run.detail = "window": particles around targets, inside the sea by formulas (`oilsim.window`)."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from coupling.assembly import FLUID, CoupledBodies, couple_participant
 from coupling.participants.rigid_bodies import Asked
 from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
+from coupling.participants.windows import WindowsParticipant, overlap
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from coupling.solids.surface_sampling import SurfaceSampling, particles_of
+from coupling.solids.surface_sampling import particles_of
 from oilsim.phases import Phase
 from oilsim.sea import Sea
+from oilsim.window.joint_exchange import JointExchange
 from oilsim.window.oil_exchange import OilExchange
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
@@ -21,60 +23,84 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.parsing.quantity_fields import Point2
+from scenarios.schema.window import window_place
 from scenarios.setup.fleet import Fleet
-from scenarios.setup.placed_solids import Solid
+from scenarios.setup.placed_solids import Solid, sampled
 
 # [1] layers of water that a window needs; numerical; as its own depth
 LEAST_LAYERS = 4
 
 
-def build_window(scenario: Scenario, sea: Sea) -> Window:
-    """Fill the window of a scenario with water, other liquids come later; ScenarioError on water too shallow for its particles."""
-    assert scenario.window is not None
+def build_windows(scenario: Scenario, sea: Sea) -> dict[str, Window]:
+    """Fill the windows of a scenario with water, other liquids come later; ScenarioError on water too shallow for their particles."""
     phases = sorted(scenario.phases.items(), key=lambda item: item[1].is_oil)
     liquids = tuple(
         Phase(name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, adhesion=phase.adhesion)
         for name, phase in phases
     )
-    settings = scenario.window.settings(scenario.fluid)
-    if sea.description.depth < LEAST_LAYERS * settings.spacing:
-        text = f"is {settings.spacing:g} m, allowed in a window on water {sea.description.depth:g} m deep: up to a quarter of that"
-        raise ScenarioError([Problem("fluid.particle_spacing", text)], scenario.name)
-    return Window(settings, sea, liquids, scenario.run.threads)
+    windows, depth = {}, sea.description.depth
+    for number, (name, table) in enumerate(scenario.window.items()):
+        settings = table.settings(scenario.fluid)
+        if depth < LEAST_LAYERS * settings.spacing:
+            key = "fluid.particle_spacing" if table.detail is None else f"{window_place(name, scenario.window)}.detail"
+            text = f"is {settings.spacing:g} m, allowed in a window on water {depth:g} m deep: up to a quarter of that"
+            raise ScenarioError([Problem(key, text)], scenario.name)
+        windows[name] = Window(settings, sea, liquids, scenario.run.threads, number)
+    return windows
 
 
-def couple_window(
-    window: Window,
-    target: Target,
+def couple_windows(
+    windows: Mapping[str, Window],
+    targets: Mapping[str, Target],
     wetted: Sequence[Solid],
-    samplings: Mapping[int, SurfaceSampling],
     world: RigidBodyWorld | None,
     followed: Sequence[str],
 ) -> CoupledBodies:
-    """Couple a window with all bodies that may meet it; formulas load them with what the window leaves.
+    """Couple windows with all bodies that may meet them; formulas load the bodies with what the windows leave.
 
-    followed: names of the bodies whose poses the slick asks for.
+    followed: names of the bodies whose poses the slick asks for. ScenarioError for windows that overlap, and for bodies that cannot be
+    sampled.
     """
     met = [] if world is None else wetted
-    bodies = {
+    parts = {name: WindowParticipant(FLUID, one, _surfaces(one, met), targets[name]) for name, one in windows.items()}
+    poses = {} if world is None else {solid.name: world.pose(solid.name) for solid in met}
+    for name, one in windows.items():
+        one.follow(targets[name](poses), 0.0)
+    fault = overlap(windows)
+    if fault:
+        raise ScenarioError([Problem("window", f"cannot be: {fault}")])
+    single = len(parts) == 1
+    participant = next(iter(parts.values())) if single else WindowsParticipant(FLUID, parts)
+    if world is not None and world.environment is not None:
+        world.change_environment(SharedEnvironment(world.environment, world.loaded_names, participant.shares))
+    asked = None if world is None else Asked(world.body_names, followed)
+    fluid = next(iter(windows.values())).fluid
+    return couple_participant(participant, fluid, tuple(solid.name for solid in met), world, asked=asked)
+
+
+def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
+    """Return the bodies as a window's particles meet them, by name."""
+    samplings = sampled(met, window.settings.spacing)
+    return {
         solid.name: WindowBody(
             surface=particles_of(solid.name, samplings[id(solid.placed.mesh)], no_slip=solid.no_slip),
             mesh=solid.placed.mesh,
         )
         for solid in met
     }
-    participant = WindowParticipant(FLUID, window, bodies, target)
-    if world is not None and world.environment is not None:
-        shared = SharedEnvironment(world.environment, world.loaded_names, participant.shares)
-        world.change_environment(shared)
-    asked = None if world is None else Asked(world.body_names, followed)
-    return couple_participant(participant, window.fluid, tuple(bodies), world, asked=asked)
 
 
-def exchange_oil(window: Window, slick: SlickParticipant) -> None:
-    """Let a slick's oil become particles of the window and back, and let the window's water carry what stays parcels."""
-    exchange = OilExchange(window)
-    slick.meet(exchange, WindowFlow(slick.flow, exchange.surface))
+def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant) -> None:
+    """Let a slick's oil become particles of the windows and back, and let the windows' water carry what stays parcels."""
+    exchanges, flow = [OilExchange(one) for one in windows.values()], slick.flow
+    for one in exchanges:
+        flow = WindowFlow(flow, one.surface)
+    slick.meet(exchanges[0] if len(exchanges) == 1 else JointExchange(exchanges), flow)
+
+
+def targets_of(scenario: Scenario, fleet: Fleet) -> dict[str, Target]:
+    """Return the places that the windows of a scenario follow, by the poses of bodies."""
+    return {name: target_of(table.target, fleet) for name, table in scenario.window.items()}
 
 
 def target_of(target: str | Point2, fleet: Fleet) -> Target:

@@ -22,7 +22,7 @@ from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
-from scenarios.schema.window import WindowTable
+from scenarios.schema.window import WindowTable, window_place
 
 # [drafts] across a window; tuned; the pool and wake of an apex in its middle half, waves of ten drafts end in its rim
 SIDES = 21.0
@@ -48,25 +48,36 @@ STEPS = 8
 SWIRL = 0.1
 
 
-def chosen(scenario: Scenario, window: WindowTable) -> Scenario:
-    """Return the scenario with numbers in the place of its window's detail; ScenarioError where no draft tells the size."""
-    draft = _draft(scenario, window)
+def chosen(scenario: Scenario) -> Scenario:
+    """Return the scenario with numbers in the place of its windows' details; ScenarioError where no draft tells a size.
+
+    A window that is alone gives the spacing to [fluid] too, by which bodies and pictures go.
+    """
+    windows = {name: _sized(scenario, name, window) for name, window in scenario.window.items()}
+    spacing = (
+        next(iter(windows.values())).spacing(scenario.fluid) if len(windows) == 1 else scenario.fluid.particle_spacing
+    )
+    return replace(scenario, window=windows, fluid=replace(scenario.fluid, particle_spacing=spacing))
+
+
+def _sized(scenario: Scenario, name: str, window: WindowTable) -> WindowTable:
+    """Return a window with numbers for its size, depth and spacing."""
+    if window.detail is None:
+        return window
+    draft = _draft(scenario, name, window)
     sized = replace(
         window,
         size=(SIDES * draft, SIDES * draft) if window.size is None else window.size,
         depth=DEPTH * draft if window.depth is None else window.depth,
-        detail=None,
     )
     if isinstance(window.detail, float):
-        spacing = window.detail
-    elif window.detail == "fine":
-        spacing = draft / FINE
-    else:
-        spacing = live_spacing(scenario, sized, draft, seconds_per_particle_step(scenario.run.threads))
-    return replace(scenario, window=sized, fluid=replace(scenario.fluid, particle_spacing=spacing))
+        return sized
+    if window.detail == "fine":
+        return replace(sized, detail=draft / FINE)
+    return replace(sized, detail=live_spacing(scenario, sized, draft, seconds_per_particle_step(scenario.run.threads)))
 
 
-def _draft(scenario: Scenario, window: WindowTable) -> float:
+def _draft(scenario: Scenario, name: str, window: WindowTable) -> float:
     """Return the draft [m] of what the window follows: of a boom's skirt, a vessel, or the deepest skirt of all."""
     if window.target in scenario.booms:
         return scenario.booms[str(window.target)].skirt_depth
@@ -77,25 +88,31 @@ def _draft(scenario: Scenario, window: WindowTable) -> float:
         text = (
             f"is {window.detail!r}, allowed without a boom or vessel: none; give size, depth and fluid.particle_spacing"
         )
-        raise ScenarioError([Problem("window.detail", text)], scenario.name)
+        raise ScenarioError([Problem(f"{window_place(name, scenario.window)}.detail", text)], scenario.name)
     return max(skirts)
 
 
 def live_spacing(scenario: Scenario, window: WindowTable, draft: float, speed: float) -> float:
     """Return the finest spacing [m] that runs in real time, or the coarsest that shows the draft [m].
 
-    speed [s] of the machine for a particle and step.
+    speed [s] of the machine for a particle and step. Several windows share the time.
     """
     spacings = [float(one) for one in draft / np.linspace(FINE, COARSE, TRIALS)]
-    trials = ((one, replace(scenario.fluid, particle_spacing=one)) for one in spacings)
-    return next((one for one, fluid in trials if _load(scenario, window.settings(fluid), speed) <= SHARE), spacings[-1])
+    trials = ((one, replace(window, detail=one).settings(scenario.fluid)) for one in spacings)
+    limit = SHARE / len(scenario.window)
+    return next((one for one, settings in trials if _load(scenario, settings, speed) <= limit), spacings[-1])
 
 
 def _load(scenario: Scenario, settings: WindowSettings, speed: float) -> float:
-    """Return the time [s] that a simulated second takes if no water sleeps, at a `speed` [s] of each particle and step."""
+    """Return the time [s] that a simulated second takes if no water sleeps, at a `speed` [s] of each particle and step.
+
+    Several windows share the time of the bodies.
+    """
     step = scenario.run.communication_step
     moving = len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
-    return (settings.particle_count * fluid_steps(scenario, settings) * speed + moving * BODY_SECONDS) / step
+    return (
+        settings.particle_count * fluid_steps(scenario, settings) * speed + moving * BODY_SECONDS / len(scenario.window)
+    ) / step
 
 
 def fluid_steps(scenario: Scenario, settings: WindowSettings) -> int:
@@ -125,40 +142,42 @@ def seconds_per_particle_step(threads: int | None) -> float:
 
 
 def window_remarks(scenario: Scenario, sea: Sea) -> Iterator[str]:
-    """Say what comes of a window's resolution, and what is wrong with its size and place though it can be run."""
-    window, fluid = scenario.window, scenario.fluid
-    if window is None or scenario.run.detail != "window":
-        return
-    settings = window.settings(fluid)
+    """Say what comes of each window's resolution, and what is wrong with its size and place though it can be run."""
+    for name, window in scenario.window.items() if scenario.run.detail == "window" else ():
+        yield from _of_one(scenario, window, sea, window_place(name, scenario.window))
+
+
+def _of_one(scenario: Scenario, window: WindowTable, sea: Sea, place: str) -> Iterator[str]:
+    """Say what comes of one window, which is described at a `place` of the file."""
+    settings = window.settings(scenario.fluid)
     size, spacing = settings.whole_size, settings.spacing
     yield (
-        f"window: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep, {settings.particle_count:,} particles of"
+        f"{place}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep, {settings.particle_count:,} particles of"
         f" {spacing:.3g} m in {fluid_steps(scenario, settings)} steps a communication step; oil thinner than {spacing:.3g} m stays parcels"
     )
     for name, boom in scenario.booms.items():
         if boom.skirt_depth < COARSE * spacing:
             yield (
-                f"window: the skirt of boom {name!r} is {boom.skirt_depth / spacing:.1f} particles deep, which hardly shows it;"
+                f"{place}: the skirt of boom {name!r} is {boom.skirt_depth / spacing:.1f} particles deep, which hardly shows it;"
                 f" {boom.skirt_depth / COARSE:.2g} m or less would be better"
             )
-    yield from _idle(scenario, settings)
-    yield from _short_rim(settings, sea)
+    yield from _idle(scenario, window, settings, place)
+    yield from _short_rim(settings, sea, place)
 
 
-def _idle(scenario: Scenario, settings: WindowSettings) -> Iterator[str]:
+def _idle(scenario: Scenario, window: WindowTable, settings: WindowSettings, place: str) -> Iterator[str]:
     """Say so if a window at a place has no body near it at the start."""
-    window = scenario.window
-    if window is None or isinstance(window.target, str):
+    if isinstance(window.target, str):
         return
     x, y = window.target
     places = [vessel.position for vessel in scenario.vessels.values()]
     places += [getattr(body, "position", (x, y))[:2] for body in scenario.bodies.values()]
     reach = 0.5 * max(settings.whole_size) + max((boom.length for boom in scenario.booms.values()), default=0.0)
     if places and all(math.hypot(at[0] - x, at[1] - y) > reach for at in places):
-        yield f"window: no body comes near {x:g}, {y:g} at the start, so its water rests; window.target can be a boom, a vessel or a body"
+        yield f"{place}: no body comes near {x:g}, {y:g} at the start, so its water rests; {place}.target can be a boom, a vessel or a body"
 
 
-def _short_rim(settings: WindowSettings, sea: Sea) -> Iterator[str]:
+def _short_rim(settings: WindowSettings, sea: Sea, place: str) -> Iterator[str]:
     """Say so if waves as long as those of the sea, which bodies send out, are too long for the rim."""
     waves = sea.components
     if not waves.amplitude.size:
@@ -167,6 +186,6 @@ def _short_rim(settings: WindowSettings, sea: Sea) -> Iterator[str]:
     if length > min(settings.whole_size):
         kept = share_kept(settings.width, length)
         yield (
-            f"window: it is smaller than the sea's waves of {length:.3g} m, which pass all the same; but of waves that long that bodies"
-            f" send out {100.0 * kept:.0f} % come back; window.rim = {0.5 * length:.3g} in a window of {2.0 * length:.3g} m keeps 1 %"
+            f"{place}: it is smaller than the sea's waves of {length:.3g} m, which pass all the same; but of waves that long that bodies"
+            f" send out {100.0 * kept:.0f} % come back; {place}.rim = {0.5 * length:.3g} in a window of {2.0 * length:.3g} m keeps 1 %"
         )

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scenarios.conduct.viewer_files import other_origin
 from tests.scenarios.conduct.browsers import CHROMIUM, browser
 from tests.scenarios.conduct.consoles import TOW, Console, console
 
@@ -45,10 +46,8 @@ def opened(one: sync_api.Browser, served: Console, role: str, *, checked: bool =
     page.set_default_timeout(PATIENCE)
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on(
-        "request",
-        lambda asked: asked.url.startswith((f"http://{served.host}/", "blob:", "data:")) or faults.append(asked.url),
-    )
+    own = (f"http://{served.host}/", f"{other_origin(served.host)}/", "http://127.0.0.1:", "blob:", "data:")
+    page.on("request", lambda asked: asked.url.startswith(own) or faults.append(asked.url))
     page.goto(served.addresses[role])
     page.faults = faults  # type: ignore[attr-defined]
     sync_api.expect(page.locator("#phase")).to_have_text("paused" if checked else "running", timeout=PATIENCE)
@@ -69,6 +68,23 @@ def accessible(page: sync_api.Page) -> list[tuple[str, str]]:
     return [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")]
 
 
+def not_reached(page: sync_api.Page) -> list[str]:
+    """Return the controls that the Tab key alone does not come to; each that it comes to shows that it has the focus."""
+    controls = "button, select, input, textarea, a[href], [tabindex='0']"
+    shown = "(one) => !one.disabled && one.tabIndex >= 0 && one.checkVisibility()"
+    count = page.evaluate(f"[...document.querySelectorAll(`{controls}`)].filter({shown}).length")
+    for _ in range(count + 5):  # the browser's own places between the last and the first
+        page.keyboard.press("Tab")
+        page.evaluate(
+            """() => {
+                const one = document.activeElement, style = getComputedStyle(one);
+                if (style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 1) one.dataset.reached = "yes";
+            }"""
+        )
+    left = f"[...document.querySelectorAll(`{controls}`)].filter({shown}).filter((one) => !one.dataset.reached)"
+    return list(page.evaluate(f"{left}.map((one) => one.outerHTML.slice(0, 80))"))
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_an_exercise_is_conducted_in_a_browser(served: Console) -> None:
@@ -77,9 +93,10 @@ def test_an_exercise_is_conducted_in_a_browser(served: Console) -> None:
     with sync_api.sync_playwright() as player:
         first, second = browser(player), browser(player)
         instructor = opened(first, served, "instructor", checked=True)
-        for role in ("port", "observer"):
-            assert accessible(opened(first, served, role, checked=True)) == []
-        assert accessible(instructor) == []
+        for page in (instructor, *(opened(first, served, role, checked=True) for role in ("port", "observer"))):
+            assert accessible(page) == []
+            assert not_reached(page) == []
+            page.locator("#title").click()  # the focus is nowhere again
         _starts(instructor)
         crews = [opened(second, served, name) for name in ("port", "starboard")]
         _crews_steer(instructor, crews)
@@ -206,6 +223,11 @@ def _branches_and_debriefs(page: sync_api.Page) -> None:
     text = Path(saved.value.path()).read_text(encoding="utf-8")
     assert "<html" in text
     assert 'src="http' not in text
+    page.evaluate(
+        "document.querySelector('#view-debrief iframe').contentWindow.print = () => { window.isPrinted = true; }"
+    )
+    page.get_by_role("button", name="save it as PDF").click()
+    assert page.evaluate("window.isPrinted")
     page.locator("#what-if-less").fill("0.1")
     page.get_by_role("button", name="Try").click()
     sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(2, timeout=4 * PATIENCE)
@@ -227,6 +249,7 @@ def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_pa
         page.get_by_role("tab", name="Both").click()
         words = page.frame_locator("#view-scene iframe").locator("#words")
         sync_api.expect(words).to_be_hidden(timeout=PATIENCE)
+        _obeys_while_the_view_stalls(page)
 
         def shares() -> tuple[float, float]:
             """Return the parts of the view that are blue as water is, and brown as oil."""
@@ -252,6 +275,24 @@ def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_pa
         page.wait_for_timeout(3000)
         assert moved == []
         assert page.faults == []  # type: ignore[attr-defined]
+
+
+def _obeys_while_the_view_stalls(page: sync_api.Page) -> None:
+    """An order by a key is obeyed while the 3-D view does nothing but compute."""
+    frame = page.frames[1]
+    assert page.evaluate("document.querySelector('#view-scene iframe').contentDocument") is None  # of another origin
+    page.evaluate("addEventListener('message', (event) => { if (event.data === 'free again') window.isFree = true; })")
+    frame.evaluate(
+        """setTimeout(() => {
+            for (const end = Date.now() + 30000; Date.now() < end;);
+            parent.postMessage("free again", "*");
+        })"""
+    )
+    page.wait_for_timeout(500)
+    page.keyboard.press("m")
+    sync_api.expect(page.locator("#marks")).to_contain_text("moment 1")
+    assert not page.evaluate("window.isFree ?? false"), "the page has waited for its 3-D view"
+    page.wait_for_function("window.isFree", timeout=PATIENCE)
 
 
 def test_the_page_is_served_from_the_package_alone() -> None:

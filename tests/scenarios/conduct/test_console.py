@@ -18,6 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from recordings.replay.recording import Replay
 from scenarios.conduct.commands import LONGEST
 from scenarios.conduct.server import CLOSED_MANY, CLOSED_TOKEN, MOST_PAGES
+from scenarios.conduct.viewer_files import other_origin
 from scenarios.running.verify import verify
 from tests.fuzz.console import attacked, faults
 from tests.scenarios.conduct.consoles import TOW, Console, console
@@ -83,6 +84,10 @@ def test_who_has_no_token_or_another_origin_is_refused(served: Console) -> None:
     for path in ("/page/../server.py", "/page/%2e%2e/server.py", "/page//etc/passwd", "/debrief/..%2f..%2fwhole"):
         with pytest.raises(urllib.error.HTTPError):
             urllib.request.urlopen(f"http://{served.host}{path}", timeout=10)
+    with urllib.request.urlopen(f"http://{served.host}/", timeout=10) as answer:
+        policy = answer.headers["content-security-policy"]
+    assert f"frame-src 'self' blob: {other_origin(served.host)};" in policy
+    assert "frame-ancestors 'none'" in policy
     asked = urllib.request.Request(f"http://{served.host}/", headers={"host": "evil.example"})
     with pytest.raises(urllib.error.HTTPError, match="400"):
         urllib.request.urlopen(asked, timeout=10)

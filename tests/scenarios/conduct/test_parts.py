@@ -17,6 +17,7 @@ from scenarios.conduct.commands import LONGEST, read_command, read_object
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
 from scenarios.conduct.latest import LatestSender
 from scenarios.conduct.plan_view import LOST, MOST_SPOTS, spots_of_particles
+from scenarios.conduct.viewer_files import other_origin, policy
 from scenarios.problems import ScenarioError
 
 JSON = st.recursive(
@@ -100,6 +101,14 @@ def test_a_password_is_asked_for_and_cannot_be_tried_without_end() -> None:
     for _ in range(MOST_FAILURES):
         assert access.role_of(token, "wrong") is None
     assert access.role_of(token, "open sesame") is None
+
+
+def test_the_3d_view_is_of_another_origin_and_embedded_by_the_page_alone() -> None:
+    for one, other in (("127.0.0.1:8000", "localhost:8000"), ("localhost:8000", "127.0.0.1:8000")):
+        assert other_origin(one) == f"http://{other}"
+        assert policy(one)["content-security-policy"].endswith(f"frame-ancestors http://{other}")
+    for host in ("evil.example:80", "127.0.0.1.evil.example:80", "[::1]:80", ""):
+        assert other_origin(host) == ""
 
 
 def test_history_stays_small_and_forgets_what_a_branch_takes_back() -> None:

@@ -173,7 +173,7 @@ def test_settings_and_owners_share_their_declarations() -> None:
     for case in PAIRS.values():
         for setting, name in case.shared.items():
             assert quantities(case.section)[setting] == quantities(case.owner)[name]
-    assert set(quantities(FluidConfig)) - set(quantities(FluidSettings)) == {"lower", "upper"}
+    assert set(quantities(FluidConfig)) - set(quantities(FluidSettings)) == {"lower", "upper", "sleep_margin"}
     config = FluidConfig(
         particle_spacing=0.1, phases=(Phase(name="a", rest_density=1.0),), lower=(0, 0, 0), upper=(1, 1, 1)
     )

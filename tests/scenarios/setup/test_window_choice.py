@@ -21,19 +21,19 @@ def sweep(*settings: str) -> Scenario:
 
 def test_metres_and_fine_are_spacings_and_a_size_by_the_skirt() -> None:
     given = settled(sweep("window.detail=0.2"))
-    assert given.window is not None
-    assert (given.fluid.particle_spacing, given.window.size, given.window.detail) == (0.2, (16.0, 16.0), None)
+    (window,) = given.window.values()
+    assert (window.settings(given.fluid).spacing, window.size) == (0.2, (16.0, 16.0))
     fine = settled(sweep('window={target="main", detail="fine"}'))
-    assert fine.window is not None and fine.window.size is not None
-    assert fine.fluid.particle_spacing == pytest.approx(SKIRT / FINE)
-    assert fine.window.size == pytest.approx((21.0 * SKIRT, 21.0 * SKIRT))
+    (window,) = fine.window.values()
+    assert window.size == pytest.approx((21.0 * SKIRT, 21.0 * SKIRT))
+    assert window.settings(fine.fluid).spacing == fine.fluid.particle_spacing == pytest.approx(SKIRT / FINE)
     assert settled(fine) is fine
 
 
 def test_live_is_as_fine_as_the_machine_is_fast() -> None:
     scenario = sweep()
-    assert scenario.window is not None
-    found = [live_spacing(scenario, scenario.window, SKIRT, speed) for speed in (1e-9, 3e-7, 1e-3)]
+    (window,) = scenario.window.values()
+    found = [live_spacing(scenario, window, SKIRT, speed) for speed in (1e-9, 3e-7, 1e-3)]
     assert found[0] == pytest.approx(SKIRT / FINE)
     assert found[0] < found[1] < found[2]
     assert found[2] == pytest.approx(SKIRT / COARSE)

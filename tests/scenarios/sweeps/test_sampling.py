@@ -11,9 +11,10 @@ import pytest
 from scenarios.cli import main
 from scenarios.problems import ScenarioError
 from scenarios.sweeps.chart import _rank_correlation, draw_sweep
+from scenarios.sweeps.loss_map import draw_loss_map, lost_share
 from scenarios.sweeps.results import Outcome, write_parquet
 from scenarios.sweeps.sampling import Range, parse_range, samples
-from scenarios.sweeps.variants import Variation, variants
+from scenarios.sweeps.variants import Variation, parse_variation, variants
 
 SPEED, DENSITY = Range(key="tow.speed_kn", low=0.2, high=0.9), Range(key="phases.oil.density", low=840.0, high=960.0)
 
@@ -54,6 +55,10 @@ def test_options_that_do_not_go_together_are_all_named(capsys: pytest.CaptureFix
     assert main(["sweep", "u-sweep", "--runs", "3", "--seed", "-1", "--scheduler", "tcp://x:1", "--record"]) == 2
     said = capsys.readouterr().err
     assert all(option in said for option in ("--vary is missing", "--runs is 3", "--seed is -1", "--record is given"))
+    assert main(["sweep", "u-sweep", "--vary", "run.duration=1,2", "--workers", "0"]) == 2
+    assert main(["sweep", "u-sweep", "--vary", "run.duration=1,2", "--workers", "2", "--scheduler", "tcp://x:1"]) == 2
+    said = capsys.readouterr().err
+    assert "--workers is 0, allowed: 1 or more" in said and "--workers is given, allowed: without" in said
 
 
 def outcomes() -> list[Outcome]:
@@ -61,7 +66,14 @@ def outcomes() -> list[Outcome]:
     chosen = variants("u-sweep", [], samples=samples([SPEED, DENSITY], 8, "latin-hypercube", 1))
     ended = {"ended": "completed", "simulated_s": 1.0, "wall_s": 1.0, "density_error": {"mean": 0.0}, "probes": {}}
     return [
-        Outcome(one, ended | {"oil_m3": {"lost": float(one.values[SPEED.key]) ** 3}, "scores": {"main": {"gap": None}}})
+        Outcome(
+            one,
+            ended
+            | {
+                "oil_m3": {"released": 1.0, "lost": float(one.values[SPEED.key]) ** 3},
+                "scores": {"main": {"gap": None}},
+            },
+        )
         for one in chosen
     ]
 
@@ -76,3 +88,32 @@ def test_parquet_holds_numbers_and_the_tornado_finds_what_moves_a_figure(tmp_pat
     assert abs(_rank_correlation(found, DENSITY.key, "oil_m3.lost")) < 0.9
     draw_sweep(found, tmp_path / "sweep.png")
     assert (tmp_path / "sweep.png").stat().st_size > 5000
+
+
+def test_a_loss_map_has_a_dot_for_each_sample_and_a_tile_for_each_pair(tmp_path: Path) -> None:
+    found = outcomes()
+    assert draw_loss_map(found, tmp_path / "dots.png")
+    grid = variants("u-sweep", [parse_variation("tow.speed_kn=0.4,0.6"), parse_variation("run.seed=1,2")])
+    ended = {"probes": {}, "scores": {}}
+    tiles = [
+        Outcome(one, ended | {"oil_m3": {"released": 2.0, "lost": {"drainage": 0.5 * n}}}) for n, one in enumerate(grid)
+    ]
+    assert [lost_share(one) for one in tiles] == pytest.approx([0.0, 25.0, 50.0, 75.0])
+    assert draw_loss_map(tiles, tmp_path / "tiles.png")
+    assert all((tmp_path / name).stat().st_size > 5000 for name in ("dots.png", "tiles.png"))
+
+
+@pytest.mark.parametrize(
+    "varied", [["tow.speed_kn=0.4,0.5,0.6,0.7"], ["tow.speed_kn=0.4,0.6", "run.budget=true,false"]]
+)
+def test_there_is_no_loss_map_without_two_numbers(tmp_path: Path, varied: list[str]) -> None:
+    chosen = variants("u-sweep", [parse_variation(one) for one in varied])
+    found = [Outcome(one, {"oil_m3": {"released": 1.0, "lost": 0.5}, "scores": {}, "probes": {}}) for one in chosen]
+    assert not draw_loss_map(found, tmp_path / "map.png")
+    assert not (tmp_path / "map.png").exists()
+
+
+def test_oil_that_left_the_tank_is_not_lost_by_a_boom() -> None:
+    (one,) = variants("u-sweep", [parse_variation("tow.speed_kn=0.4")])
+    oil = {"released": 2.0, "lost": {"left_the_tank": 1.0, "entrainment": 0.1}, "lost_modelled": {"entrainment": 0.1}}
+    assert lost_share(Outcome(one, {"oil_m3": oil, "scores": {}, "probes": {}})) == pytest.approx(5.0)

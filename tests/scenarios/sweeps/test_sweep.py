@@ -6,7 +6,9 @@ import csv
 import json
 import os
 import signal
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,7 +20,7 @@ from scenarios.sweeps.results import Outcome, differing
 from scenarios.sweeps.variants import Variation, parse_variation, variants
 
 SHORT = ["--set", "fluid.particle_spacing=0.1", "--until", "0.02", "--threads", "1"]
-TWO = ["sweep", "two-layer", *SHORT, "--vary", "fluid.maximum_time_step=0.004,0.005"]
+TWO = ["sweep", "two-layer", *SHORT, "--workers", "1", "--vary", "fluid.maximum_time_step=0.004,0.005"]
 
 
 def rows(folder: Path) -> list[dict[str, str]]:
@@ -84,8 +86,15 @@ def test_runs_stand_side_by_side_and_are_not_repeated(tmp_path: Path, capsys: py
     assert capsys.readouterr().err.count("already complete") == 1
     assert json.loads(summaries[0].read_text())["state_hash"] == json.loads(first)["state_hash"]
     assert summaries[1].read_bytes() == second
-    assert main([*asked, "--record"]) == 0  # complete runs without a recording run again
+    capsys.readouterr()
+    assert main([*asked, "--record", "--workers", "2"]) == 0  # complete runs without a recording run again, at once
+    said = capsys.readouterr().err
+    assert "1 of 2: " in said and "2 of 2: " in said and " left" in said
     assert len(list(tmp_path.glob("*.rrd"))) == 2
+    assert summaries[0].read_bytes() != first  # made anew, and the same
+    assert [json.loads(path.read_text())["state_hash"] for path in summaries] == [
+        json.loads(told)["state_hash"] for told in (first, second)
+    ]
 
 
 def test_only_figures_that_differ_are_shown() -> None:
@@ -139,6 +148,26 @@ def test_stop_ends_the_sweep_and_the_next_one_goes_on(tmp_path: Path, monkeypatc
     assert len(list(tmp_path.glob("*.json"))) == 1 and not (tmp_path / "sweep.csv").exists()
     assert main(asked) == 0
     assert [row["ended"] for row in rows(tmp_path)] == ["completed", "completed"]
+
+
+def _fake_run(ended: str) -> Callable[..., dict[str, object]]:
+    """A run elsewhere that ends at once, as the process of one would."""
+
+    def run(plan: dict[str, Any], record: str | None = None, started: object = None) -> dict[str, object]:
+        assert plan["scenario"]["run"]["threads"] == 1
+        return {"code": 1, "summary": None, "said": f"first\n{ended}\n"}
+
+    return run
+
+
+def test_a_run_that_crashes_is_told_and_the_rest_is_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scenarios.sweeps.at_once.run_elsewhere", _fake_run("out of memory"))
+    asked = ["sweep", "two-layer", "--vary", "fluid.maximum_time_step=0.004,0.005,0.006", "--workers", "3"]
+    assert main([*asked, "--to", str(tmp_path)]) == 1
+    said = capsys.readouterr().err
+    assert said.count("failed with exit code 1: out of memory") == 3 and "3 of 3" in said
 
 
 def test_folder_that_cannot_be_made_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,151 @@
+"""The measures of the criteria of a grade, taken from the history of a boom: oil in %, time, speed, shape of the boom, and pulls."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.replay.running_extremes import WORST
+from scenarios.debrief.boom_history import BoomHistory
+
+Array = NDArray[np.float64]
+
+# [m] of the second end from its berth, within which it counts as there; assumed: a boat's length
+AT_BERTH = 15.0
+
+
+def _recovered_volume(history: BoomHistory) -> Array | None:
+    """Return the oil (N,) [m3] that skimmers had taken; None in a recording without skimmers."""
+    found = [
+        np.interp(history.time, series.time, series.value)
+        for name, series in history.series.items()
+        if name.startswith("skimmers/") and name.endswith("/oil") and len(series.value)
+    ]
+    return np.asarray(np.sum(found, axis=0)) if found else None
+
+
+def _at_boom(history: BoomHistory) -> Array:
+    """Return the oil (N,) [m3] that the boom holds, has lost, and that was recovered."""
+    recovered = _recovered_volume(history)
+    return history.oil["retained"] + history.oil["lost"] + (0.0 if recovered is None else recovered)
+
+
+def _taken_in(history: BoomHistory) -> float:
+    """Return the oil [m3] that the boom has met; oil that floats off again when the stream turns stays among it."""
+    return float(_at_boom(history).max())
+
+
+def held(history: BoomHistory) -> float | None:
+    """Return the share [%] of the oil held at the end, or recovered, of all that the boom has met; None without oil."""
+    taken_in = _taken_in(history)
+    return 100.0 * float(1.0 - history.oil["lost"][-1] / taken_in) if taken_in > 0.0 else None
+
+
+def recovered(history: BoomHistory) -> float | None:
+    """Return the share [%] of the oil that skimmers took, of all that the boom has met; None without a skimmer or oil."""
+    recovered, taken_in = _recovered_volume(history), _taken_in(history)
+    return None if recovered is None or taken_in <= 0.0 else 100.0 * float(recovered[-1]) / taken_in
+
+
+def skimmer(history: BoomHistory) -> float | None:
+    """Return the largest mean distance [m] of a skimmer from the oil, over the time in which there was oil."""
+    means = []
+    for name, series in history.series.items():
+        if name.startswith("skimmers/") and name.endswith("/off_oil"):
+            means += [float(series.value.mean())] if len(series.value) else []
+    return max(means, default=None)
+
+
+def deployed(history: BoomHistory) -> float | None:
+    """Return the time [s] from which on the second end lay at its berth; the run's end if it never did."""
+    series = history.series.get("to_berth")
+    if series is None or not len(series.value):
+        return None
+    away = np.flatnonzero(series.value > AT_BERTH)
+    last = -1 if not len(away) else int(away[-1])
+    return float(series.time[min(last + 1, len(series.time) - 1)])
+
+
+def strength(history: BoomHistory) -> float | None:
+    """Return the largest tension as a share [%] of what the boom bears there; None without a strength."""
+    series = history.series.get(f"{WORST}strength_share") or history.series.get("strength_share")
+    return None if series is None or not len(series.value) else 100.0 * float(series.value.max())
+
+
+def _all_oil(history: BoomHistory) -> Array:
+    """Return all oil (N,) [m3] that the boom's account knows."""
+    return history.oil["retained"] + history.oil["lost"] + history.oil["free"] + history.oil["removed"]
+
+
+def met(history: BoomHistory) -> float | None:
+    """Return the share [%] of the oil that the boom has met, of that and the oil that it has not; None without oil."""
+    taken_in = _taken_in(history)
+    floated_off = taken_in - float(_at_boom(history)[-1])
+    there = taken_in + max(0.0, float(history.oil["free"][-1]) - floated_off)
+    return 100.0 * taken_in / there if there > 0.0 else None
+
+
+def passed_on(history: BoomHistory) -> float | None:
+    """Return the share [%] of the oil that the boom has met which went on beyond its free ends."""
+    taken_in, gone = float(history.oil["retained"][-1] + history.oil["lost"][-1]), history.oil.get("lost/around_ends")
+    return 100.0 * float(gone[-1] if gone is not None else 0.0) / taken_in if taken_in > 0.0 else None
+
+
+def fed(history: BoomHistory) -> float | None:
+    """Return the share [%] of the oil from the ends of the funnels before it that the boom has met; None without funnels or such oil."""
+    funnels = [history.series.get(f"{funnel}/oil_lost/around_ends") for funnel in history.boom.fed_by]
+    came = sum(float(series.value[-1]) for series in funnels if series is not None and len(series.value))
+    return 100.0 * min(1.0, _taken_in(history) / came) if came > 0.0 else None
+
+
+def _in_area(history: BoomHistory) -> Array | None:
+    """Return the share (N,) [%] of all oil that was in the boom's area; None if it was not recorded, or without oil."""
+    oil = _all_oil(history)
+    return 100.0 * history.oil["in_area"] / oil.max() if "in_area" in history.oil and oil.any() else None
+
+
+def most_in_area(history: BoomHistory) -> float | None:
+    """Return the largest share [%] of all oil that was in the boom's area; None if it was not recorded."""
+    shares = _in_area(history)
+    return None if shares is None else float(shares.max())
+
+
+def led(history: BoomHistory) -> float | None:
+    """Return the share [%] of all oil that was in the boom's area at the end; None if it was not recorded."""
+    shares = _in_area(history)
+    return None if shares is None else float(shares[-1])
+
+
+def time_over(history: BoomHistory, speed: float) -> float:
+    """Return the share [%] of the time in which water kept running against the boom faster than `speed` [m/s]."""
+    return 100.0 * float((history.held_speed[history.settled].max(axis=1) > speed).mean())
+
+
+def gap(history: BoomHistory) -> float:
+    """Return the distance [%] of the mean gap ratio from one third."""
+    return 100.0 * abs(float(history.gap_ratio[history.settled].mean()) - 1.0 / 3.0)
+
+
+def lean(history: BoomHistory) -> float:
+    """Return the lean [degrees] of the most leaning segment, not exceeded for 95 % of the time."""
+    return float(np.degrees(np.percentile(history.skirt_angle[history.settled].max(axis=1), 95.0)))
+
+
+def draft(history: BoomHistory) -> float:
+    """Return the draft of the shallowest segment as a share [%] of the skirt's depth, kept for 95 % of the time."""
+    smallest = np.percentile(history.effective_draft[history.settled].min(axis=1), 5.0)
+    return 100.0 * float(smallest) / history.boom.skirt_depth
+
+
+def snatch(history: BoomHistory) -> float | None:
+    """Return the peak of the tow tension over its mean [-]; None without tension at an end."""
+    means = {end: float(tension[history.settled].mean()) for end, tension in history.tow_tension.items()}
+    if not means or not all(means.values()):
+        return None
+    return max(float(history.tow_peak[end][history.settled].max()) / mean for end, mean in means.items())
+
+
+def sharing(history: BoomHistory) -> float | None:
+    """Return the difference of the mean tensions at the two ends [%] of the larger one; None without two."""
+    means = [float(tension[history.settled].mean()) for tension in history.tow_tension.values()]
+    return 100.0 * (max(means) - min(means)) / max(means) if len(means) == 2 and max(means) > 0.0 else None

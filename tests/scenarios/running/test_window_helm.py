@@ -1,0 +1,28 @@
+"""In a run with a window, helmsmen and pictures have the sea of the formulas: its current and its surface."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scenarios.build import build
+from scenarios.load import load_scenario
+
+SMALL = ("window.size=[6.0, 6.0]", "window.depth=1.2", "fluid.particle_spacing=0.3", "run.threads=1")
+
+
+@pytest.mark.parametrize("detail", ["none", "window"])
+def test_helmsmen_meet_the_current_and_frames_show_the_surface(detail: str) -> None:
+    assembly = build(load_scenario("sweep-200m", overrides=[f"run.detail={detail}", *SMALL]).scenario)
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    try:
+        current = assembly.controls[0].current
+        assert current is not None
+        np.testing.assert_allclose(current(0.0), [-0.2 * 1852.0 / 3600.0, 0.0], atol=1e-9)
+        frame = assembly.frame_source(simulation.communication_point)
+        surface = frame.surface
+        assert surface is not None
+        assert 0.05 < np.ptp(surface.height) < 2.0
+    finally:
+        simulation.terminate()
