@@ -3,7 +3,7 @@ BIN := .venv/bin
 READY := .venv/.ready
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
 
-.PHONY: demo conduct test test-all lint docs bench pareto validate half-step stress fuzz mutants clean
+.PHONY: demo conduct test test-all lint docs bench pareto validate half-step stress fuzz mutants paper clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --overwrite --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -52,7 +52,10 @@ fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMU
 	$(BIN)/python -m tests.fuzz.console --attacks $(or $(ATTACKS),2000)
 
 mutants: $(READY)  ## put COUNT seeded faults into a copy of the code, one at a time, and name those that no test notices; some minutes each
-	$(BIN)/python -m tests.mutants --count $(or $(COUNT),200) --seed $(or $(SEED),0) $(if $(ONLY),--only $(ONLY))
+	$(BIN)/python -m tests.mutants --count $(or $(COUNT),200) --seed $(or $(SEED),0) $(if $(ONLY),--only $(ONLY)) $(if $(TESTS_ONLY),--tests-only)
+
+paper: $(READY)  ## draw the figures of Qiu et al. 2021 again in paper-report/, and test the paper's conclusions; a quarter of an hour
+	$(BIN)/python -m tests.paper
 
 clean:
 	rm -rf .venv .numba_cache build dist site *.egg-info

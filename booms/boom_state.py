@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -30,12 +31,20 @@ class BoomState:
 
     def line(self) -> Array:
         """Return the boom's line in plan, (S + 1, 2) [m]: its ends and its joints, each the mean of the two that meet there."""
+        return self._line
+
+    @cached_property
+    def _line(self) -> Array:
         first, last = (_rotate(self.orientation, point) + self.position for point in self.joint_points)
         inner = 0.5 * (last[:-1] + first[1:])
         return np.concatenate([first[:1], inner, last[-1:]])[:, :2]
 
     def normal(self) -> Array:
         """Return the horizontal unit normals (S, 2) of the segments, to the right of their direction: out of the U."""
+        return self._normal
+
+    @cached_property
+    def _normal(self) -> Array:
         along = np.diff(self.line(), axis=0)
         along /= np.linalg.norm(along, axis=1)[:, None]
         return np.stack([along[:, 1], -along[:, 0]], axis=1)

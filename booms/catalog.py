@@ -14,10 +14,8 @@ from importlib.resources import files
 from types import MappingProxyType
 from typing import Literal
 
-from scipy.constants import knot
-
 from booms.boom import Boom, BoomDesign
-from oilsim.physical_constants import SEA_WATER_DENSITY
+from oilsim.physical_constants import KNOT, SEA_WATER_DENSITY
 
 Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net"]
 
@@ -51,7 +49,7 @@ class CatalogueBoom:
     @property
     def maximum_speed(self) -> float | None:
         """Highest speed [m/s] of water across the boom."""
-        return None if self.maximum_speed_kn is None else self.maximum_speed_kn * knot
+        return None if self.maximum_speed_kn is None else self.maximum_speed_kn * KNOT
 
     def boom(self, length: float, segment_count: int, *, water_density: float = SEA_WATER_DENSITY) -> Boom:
         """Design a boom of this kind, `length` [m] long; ValueError for one that is not modelled."""

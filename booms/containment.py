@@ -15,14 +15,14 @@ from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import hour, nautical_mile
 
 from booms.boom_state import BoomState, beside, signed_distance
-from oilsim.slick.loss_cause import LossCause
+from oilsim.physical_constants import HOUR, NAUTICAL_MILE
+from oilsim.slick.loss_cause import CAUSES, LossCause
 
 Array = NDArray[np.float64]
 
-PRACTICE_SPEED = 0.7 * nautical_mile / hour
+PRACTICE_SPEED = 0.7 * NAUTICAL_MILE / HOUR
 """Speed normal to a boom, 0.7 knots [m/s], above which booms lose oil in practice."""
 
 
@@ -199,6 +199,21 @@ class ContainmentTracker:
         self._was_inside[index] = inside
         return self._report(time, index, inside, boom, water_level, np.array(current))
 
+    def update_without_particles(
+        self, time: float, boom: BoomState, *, water_level: float, current: tuple[float, float] = (0.0, 0.0)
+    ) -> ContainmentReport:
+        """Return the report at `time` [s] of a run whose oil is no particles: the boom's shape, and no oil."""
+        none = dict.fromkeys(("inside", "outside", "retained", "free", "lost", "removed", "recovered"), 0.0)
+        return ContainmentReport(
+            time=time,
+            **none,
+            returned=0.0,
+            returned_modelled=0.0,
+            lost_by_cause=dict.fromkeys(CAUSES, 0.0),
+            lost_modelled=dict.fromkeys(CAUSES, 0.0),
+            **self._shape(boom, water_level, np.array(current)),
+        )
+
     def lose(self, time: float, particle: int, cause: LossCause, segment: int) -> None:
         """Count a retained particle as lost at `time` [s] by a closure, which has carried it past `segment`.
 
@@ -313,13 +328,12 @@ class ContainmentTracker:
         current: Array,
     ) -> ContainmentReport:
         """Report volumes and the boom's shape now; lost particles stay in the account when they leave the water."""
-        volume, options = self.options.particle_volume, self.options
+        volume = self.options.particle_volume
         lost = self._known & (self._fate == _Fate.LOST)
         present = np.zeros(len(self._fate), dtype=np.bool_)
         present[index] = True
         count = np.bincount(self._cause[lost], minlength=len(LossCause))
         modelled = np.bincount(self._cause[lost & self._modelled], minlength=len(LossCause))
-        foot = boom.heights(options.freeboard, options.skirt_depth)[1]
         return ContainmentReport(
             time=time,
             inside=float(inside.sum()) * volume,
@@ -331,13 +345,20 @@ class ContainmentTracker:
             recovered=self._recovered * volume,
             returned=self._returned * volume,
             returned_modelled=self._returned_modelled * volume,
-            lost_by_cause={cause.name.lower(): float(count[cause]) * volume for cause in LossCause},
-            lost_modelled={cause.name.lower(): float(modelled[cause]) * volume for cause in LossCause},
-            gap_ratio=boom.gap_ratio,
-            normal_speed=float(boom.normal_speed(current).max()),
-            effective_draft=float((water_level - foot).min()),
-            skirt_angle=float(boom.skirt_angle().max()),
+            lost_by_cause={cause: float(number) * volume for cause, number in zip(CAUSES, count, strict=True)},
+            lost_modelled={cause: float(number) * volume for cause, number in zip(CAUSES, modelled, strict=True)},
+            **self._shape(boom, water_level, current),
         )
+
+    def _shape(self, boom: BoomState, water_level: float, current: Array) -> dict[str, float]:
+        """Return the figures of the report that tell of the boom, not of the oil."""
+        foot = boom.heights(self.options.freeboard, self.options.skirt_depth)[1]
+        return {
+            "gap_ratio": boom.gap_ratio,
+            "normal_speed": float(boom.normal_speed(current).max()),
+            "effective_draft": float((water_level - foot).min()),
+            "skirt_angle": float(boom.skirt_angle().max()),
+        }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

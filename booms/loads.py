@@ -11,13 +11,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.constants import g, knot
 
 from booms.boom import Boom
 from booms.segments import BoomSegment
 from oilsim.loads.load_model import LoadModel, Part, Station
 from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
-from oilsim.physical_constants import AIR_DENSITY, GRAVITY
+from oilsim.physical_constants import AIR_DENSITY, GRAVITY, KNOT, STANDARD_GRAVITY
 
 # [kgf/(m2 kn2)] force of water on a skirt; paper (US Navy Ship Salvage Manual, volume 6, appendix E)
 NAVY_RULE = 26.0
@@ -35,12 +34,12 @@ LEVELS = 3
 
 def skirt_drag(water_density: float) -> float:
     """Return C_d of the Navy's rule [1] in water of `water_density` [kg/m3]: 1.88 in sea water."""
-    return NAVY_RULE * g / (0.5 * water_density * knot**2)
+    return NAVY_RULE * STANDARD_GRAVITY / (0.5 * water_density * KNOT**2)
 
 
 def freeboard_drag() -> float:
     """Return C_d of the Navy's rule for the freeboard in wind [1]: 0.98."""
-    return NAVY_RULE * g / (0.5 * AIR_DENSITY * (NAVY_WIND * knot) ** 2)
+    return NAVY_RULE * STANDARD_GRAVITY / (0.5 * AIR_DENSITY * (NAVY_WIND * KNOT) ** 2)
 
 
 def segment_loads(segment: BoomSegment, boom: Boom) -> LoadModel:

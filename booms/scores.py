@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import g as STANDARD_GRAVITY
-from scipy.constants import knot
 
-from oilsim.physical_constants import GRAVITY
+from oilsim.physical_constants import GRAVITY, KNOT, STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 
-TOW_BEGINS = 0.1 * knot  # [m/s] through the water; a slower boom only lies there, and oil moves in and out at its mouth
+TOW_BEGINS = 0.1 * KNOT  # [m/s] through the water; a slower boom only lies there, and oil moves in and out at its mouth
 RULE_DENSITY = 1025.0  # [kg/m3] of sea water in the rule of thumb for the drag of a skirt
 
 
@@ -32,7 +30,7 @@ def skirt_drag_coefficient() -> float:
 
     Responders are taught this rule; g0 = 9.80665 m/s2, sea water of 1025 kg/m3.
     """
-    return 2.0 * 26.0 * STANDARD_GRAVITY / (RULE_DENSITY * knot**2)
+    return 2.0 * 26.0 * STANDARD_GRAVITY / (RULE_DENSITY * KNOT**2)
 
 
 def catenary_parameter(boom_length: float, gap_ratio: float) -> float:

@@ -16,7 +16,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
-from scipy.constants import degree, knot, nautical_mile
+from oilsim.physical_constants import DEGREE, KNOT, NAUTICAL_MILE
 
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 Exponents = tuple[int, int, int, int, int, int, int, int]
@@ -64,17 +64,17 @@ SYMBOLS = {
     "1": Unit(),
     "%": Unit(factor=0.01),
     "m": Unit(_LENGTH), "mm": Unit(_LENGTH, 1e-3), "cm": Unit(_LENGTH, 1e-2), "km": Unit(_LENGTH, 1e3),
-    "ft": Unit(_LENGTH, 0.3048), "nmi": Unit(_LENGTH, nautical_mile),
+    "ft": Unit(_LENGTH, 0.3048), "nmi": Unit(_LENGTH, NAUTICAL_MILE),
     "l": Unit(_base(m=3), 1e-3), "L": Unit(_base(m=3), 1e-3),
     "s": Unit(_TIME), "ms": Unit(_TIME, 1e-3), "min": Unit(_TIME, 60.0), "h": Unit(_TIME, 3600.0), "d": Unit(_TIME, 86400.0),
     "kg": Unit(_MASS), "g": Unit(_MASS, 1e-3), "t": Unit(_MASS, 1e3),
-    "kn": Unit(_SPEED, knot), "kt": Unit(_SPEED, knot),
+    "kn": Unit(_SPEED, KNOT), "kt": Unit(_SPEED, KNOT),
     "N": Unit(_FORCE), "kN": Unit(_FORCE, 1e3), "MN": Unit(_FORCE, 1e6),
     "Nm": Unit(_ENERGY), "kNm": Unit(_ENERGY, 1e3), "MNm": Unit(_ENERGY, 1e6),
     "Pa": Unit(_PRESSURE), "kPa": Unit(_PRESSURE, 1e3), "MPa": Unit(_PRESSURE, 1e6), "bar": Unit(_PRESSURE, 1e5),
     "J": Unit(_ENERGY), "kJ": Unit(_ENERGY, 1e3), "W": Unit(_POWER), "kW": Unit(_POWER, 1e3), "MW": Unit(_POWER, 1e6),
     "Hz": Unit(_base(s=-1)), "A": Unit(_base(A=1)), "mol": Unit(_base(mol=1)), "cd": Unit(_base(cd=1)),
-    "rad": Unit(_ANGLE), "deg": Unit(_ANGLE, degree), "°": Unit(_ANGLE, degree),
+    "rad": Unit(_ANGLE), "deg": Unit(_ANGLE, DEGREE), "°": Unit(_ANGLE, DEGREE),
     "rpm": Unit(_base(rad=1, s=-1), math.pi / 30.0),
     "K": Unit(_base(K=1)), "degC": Unit(_base(K=1), 1.0, 273.15), "°C": Unit(_base(K=1), 1.0, 273.15),
 }  # fmt: skip

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from types import MappingProxyType
 from typing import Literal
 
@@ -24,6 +25,8 @@ EventLevel = Literal["info", "warning", "error"]
 EVENT_LEVELS: tuple[EventLevel, ...] = ("info", "warning", "error")
 
 _BODY_LENGTHS = (("position", 3), ("orientation", 4), ("linear_velocity", 3), ("angular_velocity", 3), ("wrench", 6))
+_ENDS = list(accumulate(length for _, length in _BODY_LENGTHS))
+_PARTS = {name: slice(end - length, end) for (name, length), end in zip(_BODY_LENGTHS, _ENDS, strict=True)}
 _NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
@@ -84,11 +87,20 @@ class BodyFrame:
                 raise ValueError(f"body {name} has shape {value.shape}, allowed: ({length},)")
             object.__setattr__(self, name, value)
 
-    @property
+    @classmethod
+    def of(cls, motion: npt.NDArray[np.float64], tension: float) -> BodyFrame:
+        """Return the body of a `motion` (19,), of which it keeps views, and a `tension` [N]; ValueError for another shape."""
+        if motion.shape != (19,) or motion.dtype != np.float64:
+            raise ValueError(f"a body's motion has shape {motion.shape}, type {motion.dtype}, allowed: (19,), float64")
+        frame = cls.__new__(cls)
+        parts = {name: motion[part] for name, part in _PARTS.items()}
+        frame.__dict__.update(parts, tension=tension, motion=motion)
+        return frame
+
+    @cached_property
     def motion(self) -> npt.NDArray[np.float64]:
-        """A copy of the whole motion in one array (19,): pose (7), twist (6), wrench (6)."""
-        parts = (self.position, self.orientation, self.linear_velocity, self.angular_velocity, self.wrench)
-        return np.concatenate(parts)
+        """The whole motion in one array (19,): pose (7), twist (6), wrench (6)."""
+        return np.concatenate([getattr(self, name) for name in _PARTS])
 
 
 def _no_surface(*_: object) -> None:

@@ -104,7 +104,7 @@ def take_sample(
         index=frame.index,
         time=frame.time,
         phases=taken,
-        bodies={name: body.motion for name, body in frame.bodies.items()},
+        bodies={name: body.motion.copy() for name, body in frame.bodies.items()},
         tensions={name: body.tension for name, body in frame.bodies.items() if not math.isnan(body.tension)},
         lost=_lost(frame, {name: taken[name] for name in oils if name in taken}),
         scalars=dict(frame.scalars),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,24 +42,21 @@ class BoomBodies:
     top: Point
     seals: bool = False
 
-    def nodes(self, poses: Mapping[str, Array]) -> Array:
-        """Return the nodes (S + 1, 2) [m]; poses (7,) [m, 1] by body."""
-        ends = _placed(self._poses(poses), (self.start, self.end))[:, :, :2]
+    def nodes(self, poses: Array) -> Array:
+        """Return the nodes (S + 1, 2) [m]; poses (S, 7) [m, 1] of the bodies."""
+        ends = _placed(poses, (self.start, self.end))[:, :, :2]
         inner = 0.5 * (ends[:-1, 1] + ends[1:, 0])
         return np.concatenate([ends[:1, 0], inner, ends[-1:, 1]])
 
-    def feet_and_tops(self, poses: Mapping[str, Array]) -> tuple[Array, Array]:
-        """Return the feet and the tops (S, 3) [m] of the segments; poses (7,) [m, 1] by body."""
-        placed = _placed(self._poses(poses), (self.foot, self.top))
+    def feet_and_tops(self, poses: Array) -> tuple[Array, Array]:
+        """Return the feet and the tops (S, 3) [m] of the segments; poses (S, 7) [m, 1] of the bodies."""
+        placed = _placed(poses, (self.foot, self.top))
         return placed[:, 0], placed[:, 1]
 
-    def lean(self, poses: Mapping[str, Array]) -> Array:
-        """Return the angle (S,) [rad] between the bodies' z axes and the vertical; poses (7,) [m, 1] by body."""
-        upward = rotation_matrices(self._poses(poses)[:, 3:])[:, 2, 2]
+    def lean(self, poses: Array) -> Array:
+        """Return the angle (S,) [rad] between the bodies' z axes and the vertical; poses (S, 7) [m, 1] of the bodies."""
+        upward = rotation_matrices(poses[:, 3:])[:, 2, 2]
         return np.asarray(np.arccos(np.clip(upward, -1.0, 1.0)))
-
-    def _poses(self, poses: Mapping[str, Array]) -> Array:
-        return np.array([poses[body] for body in self.bodies])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,9 +72,9 @@ class HullBody:
     body: str
     nodes: Sequence[Point]
 
-    def outline(self, poses: Mapping[str, Array]) -> Array:
-        """Return the outline (N, 2) [m]; poses (7,) [m, 1] by body."""
-        return _placed(poses[self.body][None], self.nodes)[0, :, :2]
+    def outline(self, pose: Array) -> Array:
+        """Return the outline (N, 2) [m]; pose (7,) [m, 1] of the body."""
+        return _placed(pose[None], self.nodes)[0, :, :2]
 
 
 @dataclass(frozen=True, kw_only=True)

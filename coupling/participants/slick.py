@@ -20,7 +20,7 @@ import numpy.typing as npt
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
 from oilsim.slick.barriers import Immersion
-from oilsim.slick.loss_cause import LossCause, LossRate, no_loss
+from oilsim.slick.loss_cause import CAUSES, LossRate, no_loss
 from oilsim.slick.parcels import Parcels, Rows
 from oilsim.slick.slick import Slick
 from oilsim.slick.spill_source import SpillSource
@@ -117,18 +117,20 @@ class SlickParticipant:
                 raise ValueError(f"{name!r}: boom {boom.name!r} has {len(boom.bodies)} bodies, allowed: {segments}")
         named = [*(body for boom in booms for body in boom.bodies), *(hull.body for hull in hulls)]
         self.bodies = tuple(dict.fromkeys(named))
+        place = {body: row for row, body in enumerate(self.bodies)}
+        self._boom_rows = [np.array([place[body] for body in boom.bodies], dtype=np.int64) for boom in booms]
         self._poses: Array | None = None
         self._start = 0.0
         self._outputs: dict[str, Array] = {}
+        self._read_at = -1  # changes of the slick that the outputs know of
         inputs = [Variable("poses", "m, 1", (len(self.bodies), 7), Causality.INPUT)] if self.bodies else []
         self._variables = variable_table([*inputs, *self._declared_outputs()])
-        self.observe()
+        self._read()
 
     def _declared_outputs(self) -> list[Variable]:
-        causes = [cause.name.lower() for cause in LossCause]
-        names = [*ACCOUNT, *(f"lost.{cause}" for cause in causes)]
+        names = [*ACCOUNT, *(f"lost.{cause}" for cause in CAUSES)]
         for boom in self._booms:
-            names += [f"{boom.name}.held", *(f"{boom.name}.passed.{cause}" for cause in causes)]
+            names += [f"{boom.name}.held", *(f"{boom.name}.passed.{cause}" for cause in CAUSES)]
         by_segment = [
             Variable(f"{boom.name}.{quantity}", unit, (len(boom.bodies),), Causality.OUTPUT)
             for boom in self._booms
@@ -178,10 +180,15 @@ class SlickParticipant:
             raise ValueError(f"{self._name!r}: the input 'poses' is not set, allowed: a connection to it")
         self._move_barriers(self._start)
         self._slick.barriers.settle()
-        self.observe()
+        self._read()
 
     def observe(self) -> None:
-        """Read the outputs again: oil may have been released or recovered since the last step."""
+        """Read the outputs again if oil has been released or recovered since the last step."""
+        if self._read_at != self._slick.changes:
+            self._read()
+
+    def _read(self) -> None:
+        self._read_at = self._slick.changes
         account = self._slick.account
         self._outputs = {name: np.array(getattr(account, name)) for name in ACCOUNT}
         self._outputs |= {f"lost.{cause}": np.array(volume) for cause, volume in account.lost_by_cause.items()}
@@ -200,7 +207,7 @@ class SlickParticipant:
         held = pools.volume.reshape(-1, 2)[rows]
         gone = self._slick.losses.gone[:, rows].sum(axis=1)
         yield "held", np.array(held.sum())
-        yield from ((f"passed.{cause.name.lower()}", np.array(gone[cause])) for cause in LossCause)
+        yield from ((f"passed.{cause}", np.array(volume)) for cause, volume in zip(CAUSES, gone.tolist(), strict=True))
         yield "held_by_segment", held.sum(axis=1)
         for quantity in ("thickness", "normal_speed"):
             yield quantity, np.asarray(getattr(pools, quantity).reshape(-1, 2)[rows].max(axis=1))
@@ -226,7 +233,7 @@ class SlickParticipant:
         self._slick.step(self._flow, time, step_size, self._loss_rate, water=self._water)
         if self.particles is not None:
             self.particles.exchange(self._slick, time + step_size)
-        self.observe()
+        self._read()
         return StepResult(Status.OK, time + step_size)
 
     def _move_barriers(self, time: float) -> None:
@@ -235,19 +242,20 @@ class SlickParticipant:
             self._slick.move(self._beach.name, self._beach.outline(self._surface.rise(time)))
         if self._poses is None:
             return
-        poses = dict(zip(self.bodies, self._poses, strict=True))
-        for boom in self._booms:
+        for boom, rows in zip(self._booms, self._boom_rows, strict=True):
+            poses = self._poses[rows]
             self._slick.move(boom.name, boom.nodes(poses), self._immersion(boom, poses, time))
         for hull in self._hulls:
-            self._slick.move(hull.name, hull.outline(poses))
+            self._slick.move(hull.name, hull.outline(self._poses[self.bodies.index(hull.body)]))
 
-    def _immersion(self, boom: BoomBodies, poses: Mapping[str, Array], time: float) -> Immersion:
-        """Measure how a boom sits in the water at `time` [s]."""
+    def _immersion(self, boom: BoomBodies, poses: Array, time: float) -> Immersion:
+        """Measure how a boom with bodies at poses (S, 7) [m, 1] sits in the water at `time` [s]."""
         feet, tops = boom.feet_and_tops(poses)
+        at_feet, at_tops = np.split(self._surface.elevation(np.concatenate([feet, tops])[:, :2], time), 2)
         return Immersion(
-            draft=np.maximum(self._surface.elevation(feet[:, :2], time) - feet[:, 2], 0.0),
+            draft=np.maximum(at_feet - feet[:, 2], 0.0),
             lean=boom.lean(poses),
-            freeboard=tops[:, 2] - self._surface.elevation(tops[:, :2], time),
+            freeboard=tops[:, 2] - at_tops,
             is_submerged=tops[:, 2] < self._surface.level + self._surface.rise(time),
             is_sealed=self._is_sealed(boom, feet),
         )
@@ -277,7 +285,7 @@ class SlickParticipant:
         self._poses = None if state["poses"] is None else state["poses"].copy()
         if self.particles is not None:
             self.particles.restore_state(state["particles"])
-        self.observe()
+        self._read()
 
     def terminate(self) -> None:
         """Do nothing: a slick holds no resources."""

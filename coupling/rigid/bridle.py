@@ -57,6 +57,7 @@ class Bridle:
     tension: float = 0.0
     parted: bool = False
     legs_parted: list[bool] = field(default_factory=lambda: [False, False])
+    _asked: Array = field(default_factory=lambda: np.zeros(3))  # pulls [N] that `pull` gave last
 
     def __post_init__(self) -> None:
         for name, value in (("stiffness", self.stiffness), ("length", self.length), ("leg", min(self.leg_lengths))):
@@ -77,22 +78,22 @@ class Bridle:
         places, _ = places_of(self.rows, self.points, pose)
         return _balance(places, *self._parts())[1]
 
-    def pull(self, pose: Array, twist: Array, payout_rate: float, *, settle: bool) -> tuple[float, Array]:
-        """Return the line's tension [N] and the wrenches (3, 6) [N, N m]; pose (B, 7), twist (B, 6), payout_rate dl/dt [m/s].
-
-        With `settle` parts break beyond their breaking load; else they are only asked.
-        """
+    def pull(self, pose: Array, twist: Array, payout_rate: float) -> tuple[float, Array]:
+        """Return the line's tension [N] and the wrenches (3, 6) [N, N m]; pose (B, 7), twist (B, 6), payout_rate dl/dt [m/s]."""
         if self.parted:
             return 0.0, np.zeros((3, 6))
         lengths, springs = self._parts()
-        pulls, wrenches = _pull(
+        self._asked, wrenches = _pull(
             self.rows, self.points, lengths, springs, (float(self.relaxation_time), float(payout_rate)), pose, twist
         )
-        if settle:
-            broken = pulls > self.breaking_load
+        return float(self._asked[0]), wrenches
+
+    def settle(self) -> None:
+        """Let parts break that pulled beyond their breaking load when they were asked last."""
+        broken = self._asked > self.breaking_load
+        if broken.any() and not self.parted:
             self.legs_parted = [bool(was or now) for was, now in zip(self.legs_parted, broken[1:], strict=True)]
             self.parted = bool(broken[0]) or all(self.legs_parted)
-        return float(pulls[0]), wrenches
 
     def stretching(self, pose: Array) -> Array:
         """Return rows (2, B, 6) [-] with which twists of the bodies lengthen the line by way of each leg alone."""

@@ -18,6 +18,7 @@ from coupling.rigid.rotations import rotation_matrices
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
+Ints = npt.NDArray[np.int64]
 
 FURTHEST = 0.0625  # of half its thickness, that a body may go in a step into another one
 # [m] between bodies that touch nothing; numerical; the engine makes contacts from 0.02 m on
@@ -78,18 +79,41 @@ class Encounters:
 
         It keeps bodies from moving deep into others within `duration` [s].
         """
-        shapes = _Shapes(self._bounds, self._radius, self._half_thickness, self._touches, self._apart)
-        motion = _Motion(pose[:, :3], rotation_matrices(pose[:, 3:]), twist)
-        return float(_fastest_near(motion, shapes, self._planes, duration))
+        return float(_fastest_near(_motion(pose, twist), self._shapes, self._planes, duration))
 
     def any_near(self, pose: Array, twist: Array, duration: float) -> bool:
         """Tell whether a free body could touch anything within `duration` [s]; poses (B, 7) [m, 1], twists (B, 6) [m/s, rad/s].
 
         False is certain: boxes around the bodies stay CLEAR of each other and of the half-spaces.
         """
-        shapes = _Shapes(self._bounds, self._radius, self._half_thickness, self._touches, self._apart)
-        motion = _Motion(pose[:, :3], rotation_matrices(pose[:, 3:]), twist)
-        return bool(_any_near(motion, shapes, self._planes, duration))
+        return bool(_any_near(_motion(pose, twist), self._shapes, self._planes, duration))
+
+    @property
+    def _shapes(self) -> _Shapes:
+        return _Shapes(self._bounds, self._radius, self._half_thickness, self._touches, self._apart)
+
+
+def _motion(pose: Array, twist: Array) -> _Motion:
+    return _Motion(pose[:, :3], rotation_matrices(pose[:, 3:]), twist)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _in_a_row(position: Array) -> tuple[Array, Ints, Ints]:
+    """Return the places (B,) [m] of bodies along the axis on which they lie farthest apart, their order on it, and each one's rank.
+
+    Bodies far from each other on this axis need not be compared: along a boom a body has a few neighbours instead of all others.
+    """
+    count, widest, axis = len(position), -1.0, 0
+    for candidate in range(3 if count else 0):
+        width = position[:, candidate].max() - position[:, candidate].min()
+        if width > widest:
+            widest, axis = width, candidate
+    along = position[:, axis].copy()
+    order = np.argsort(along)
+    rank = np.empty(count, np.int64)
+    for place in range(count):
+        rank[order[place]] = place
+    return along, order, rank
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -98,9 +122,11 @@ def _any_near(motion: _Motion, shapes: _Shapes, planes: Array, duration: float) 
     position, turn, twist = motion
     bounds, radius, half_thickness, touches, apart = shapes
     count = len(position)
-    way = np.empty(count)  # [m] of any of a body's points
+    way, farthest = np.empty(count), 0.0  # [m] of any of a body's points, and with its radius
     for i in range(count):
         way[i] = duration * (_length(twist[i, :3]) + radius[i] * _length(twist[i, 3:]))
+        farthest = max(farthest, way[i] + radius[i])
+    key, order, rank = _in_a_row(position)
     for i in range(count):
         if half_thickness[i] == math.inf:  # it is not free, or touches nothing
             continue
@@ -115,17 +141,22 @@ def _any_near(motion: _Motion, shapes: _Shapes, planes: Array, duration: float) 
                 height += min(along * bounds[i, 0, own], along * bounds[i, 1, own])
             if height < 0.0:
                 return True
-        for j in range(count):
-            if apart[i, j] or not touches[j] or (j < i and half_thickness[j] != math.inf):
-                continue
-            reach = CLEAR + way[i] + way[j]
-            square = 0.0
-            for axis in range(3):
-                square += (position[i, axis] - position[j, axis]) ** 2
-            if square < (reach + radius[i] + radius[j]) ** 2 and not (
-                _are_parted(position, turn, bounds, i, j, reach) or _are_parted(position, turn, bounds, j, i, reach)
-            ):
-                return True
+        limit = CLEAR + way[i] + radius[i] + farthest
+        for side in (-1, 1):
+            place = rank[i] + side
+            while 0 <= place < count and abs(key[order[place]] - key[i]) < limit:
+                j = order[place]
+                place += side
+                if apart[i, j] or not touches[j] or (j < i and half_thickness[j] != math.inf):
+                    continue
+                reach = CLEAR + way[i] + way[j]
+                square = 0.0
+                for axis in range(3):
+                    square += (position[i, axis] - position[j, axis]) ** 2
+                if square < (reach + radius[i] + radius[j]) ** 2 and not (
+                    _are_parted(position, turn, bounds, i, j, reach) or _are_parted(position, turn, bounds, j, i, reach)
+                ):
+                    return True
     return False
 
 
@@ -159,9 +190,12 @@ def _fastest_near(motion: _Motion, shapes: _Shapes, planes: Array, duration: flo
     count = len(position)
     furthest = FURTHEST * half_thickness
     way, way_of_corners = np.empty(count), np.empty(count)  # [m] of its centre, of any of its points
+    farthest = 0.0
     for i in range(count):
         way[i] = duration * _length(twist[i, :3])
         way_of_corners[i] = way[i] + duration * _corner_speed(twist[i, 3:], turn[i], bounds[i])
+        farthest = max(farthest, way_of_corners[i] + radius[i])
+    key, order, rank = _in_a_row(position)
     fastest = 1.0 / duration
     for i in range(count):
         if furthest[i] == math.inf:
@@ -170,15 +204,20 @@ def _fastest_near(motion: _Motion, shapes: _Shapes, planes: Array, duration: flo
         for plane in planes:
             if pace > fastest and ((position[i] - plane[0]) * plane[1]).sum() < radius[i] + way[i]:
                 fastest = pace
-        for j in range(count):
-            if apart[i, j] or not touches[j]:
-                continue
-            reach = radius[i] + way[i] + way_of_corners[j]
-            if not _lies_within(position[i], reach, position[j], turn[j], bounds[j], radius[j]):
-                continue
-            seen = _length(_velocity_from(twist[j], position[i] - position[j], twist[i]))
-            seen += _corner_speed(twist[i, 3:] - twist[j, 3:], turn[i], bounds[i])
-            fastest = max(fastest, seen / furthest[i])
+        limit = radius[i] + way[i] + farthest
+        for side in (-1, 1):
+            place = rank[i] + side
+            while 0 <= place < count and abs(key[order[place]] - key[i]) < limit:
+                j = order[place]
+                place += side
+                if apart[i, j] or not touches[j]:
+                    continue
+                reach = radius[i] + way[i] + way_of_corners[j]
+                if not _lies_within(position[i], reach, position[j], turn[j], bounds[j], radius[j]):
+                    continue
+                seen = _length(_velocity_from(twist[j], position[i] - position[j], twist[i]))
+                seen += _corner_speed(twist[i, 3:] - twist[j, 3:], turn[i], bounds[i])
+                fastest = max(fastest, seen / furthest[i])
     return fastest if fastest * duration > 1.0 else 0.0
 
 

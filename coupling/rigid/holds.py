@@ -14,6 +14,7 @@ class Holds:
     def __init__(self, state: RigidBodyState) -> None:
         self._state = state
         self._releases: dict[int, float] = {}  # by row [s]
+        self.held: frozenset[int] = frozenset()  # rows of the bodies that are held now
 
     def add(self, row: int, release: float, now: float) -> None:
         """Hold the body of a row until `release` [s]; the time is `now` [s]."""
@@ -22,8 +23,9 @@ class Holds:
 
     def settle(self, now: float) -> None:
         """Hold, and release, the bodies whose time it is at `now` [s]."""
-        for row, release in self._releases.items():
-            self._state.hold(row, now < release - _SLACK)
+        self.held = frozenset(row for row, release in self._releases.items() if now < release - _SLACK)
+        for row in self._releases:
+            self._state.hold(row, row in self.held)
 
     def rest(self, row: int) -> Motion:
         """Return a body's place, at rest."""

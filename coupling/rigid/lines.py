@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -54,6 +54,7 @@ class ElasticLine:
     tension: float = 0.0
     breaking_load: float = math.inf
     parted: bool = False
+    _asked: float = 0.0  # tension [N] that `pull` gave last
 
     def __post_init__(self) -> None:
         for name in ("stiffness", "length", "breaking_load"):
@@ -61,17 +62,17 @@ class ElasticLine:
                 raise ValueError(f"{name} is {getattr(self, name)}, allowed: above 0")
         self.ordered_length = self.laid_length = self.length
 
-    def pull(self, pose: Array, twist: Array, payout_rate: float, *, settle: bool) -> tuple[float, Array]:
-        """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s].
-
-        With `settle` the line parts beyond its breaking load; else it is only asked.
-        """
+    def pull(self, pose: Array, twist: Array, payout_rate: float) -> tuple[float, Array]:
+        """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s]."""
         if self.parted:
             return 0.0, np.zeros((2, 6))
         terms = (float(self.length), float(self.stiffness), float(self.relaxation_time), float(payout_rate))
-        tension, wrenches = _pull(self.rows, self.points, terms, pose, twist)
-        self.parted = settle and tension > self.breaking_load
-        return tension, wrenches
+        self._asked, wrenches = _pull(self.rows, self.points, terms, pose, twist)
+        return self._asked, wrenches
+
+    def settle(self) -> None:
+        """Let the line part if what it pulled when it was asked last is beyond its breaking load."""
+        self.parted = self.parted or self._asked > self.breaking_load
 
     def stretching(self, pose: Array) -> Array:
         """Return the row (1, B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""
@@ -109,6 +110,20 @@ def stiffest(line: Line, pose: Array, inverse_masses: Array, sub_step: float) ->
     return STABLE * line.length / (compliance * (sub_step**2 + 2.0 * sub_step * line.relaxation_time))
 
 
+class _Pulls(NamedTuple):
+    """The pull of lines, tensions [N] and wrenches (B, 6) [N, N m], at poses (B, 7), twists (B, 6) and rates of paying out [m/s]."""
+
+    pose: Array
+    twist: Array
+    rates: list[float]
+    tensions: list[float]
+    wrenches: Array
+
+    def is_of(self, pose: Array, twist: Array, rates: list[float]) -> bool:
+        """Tell whether it is the pull at these poses (B, 7), twists (B, 6) and rates [m/s]."""
+        return rates == self.rates and np.array_equal(pose, self.pose) and np.array_equal(twist, self.twist)
+
+
 class Lines:
     """The lines of one world by name, and their forces over an advance."""
 
@@ -116,6 +131,7 @@ class Lines:
         self._lines: dict[str, Line] = {}
         self._payout_rate: dict[str, float] = {}
         self._impulse = np.zeros((0, 6))
+        self._known: _Pulls | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,6 +143,7 @@ class Lines:
         if name in self._lines:
             raise ValueError(f"the line {name!r} is added twice, allowed: each name once")
         self._lines[name] = line
+        self._known = None
 
     def __getitem__(self, name: str) -> Line:
         """Return the line of that name."""
@@ -145,12 +162,13 @@ class Lines:
 
         pose (B, 7), inverse_masses (B, 6, 6).
         """
-        lines = [(line, row) for line in self._lines.values() for row in line.stretching(pose)]
-        answer = np.array([applied(inverse_masses, row).ravel() for _, row in lines])
-        stiffness = np.array([line.spring(pose) for line, _ in lines])
-        compliance = np.array([row.ravel() for _, row in lines]) @ answer.T
+        rows = [line.stretching(pose) for line in self._lines.values()]
+        counts = [len(row) for row in rows]
+        stiffness = np.repeat([line.spring(pose) for line in self._lines.values()], counts)
+        relaxation = np.repeat([line.relaxation_time for line in self._lines.values()], counts)
+        compliance = _compliance(np.concatenate(rows), inverse_masses)
         elastic = _largest(compliance, stiffness)
-        damping = _largest(compliance, stiffness * [line.relaxation_time for line, _ in lines])
+        damping = _largest(compliance, stiffness * relaxation)
         return STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
 
     def order_length(self, name: str, length: float) -> None:
@@ -162,6 +180,7 @@ class Lines:
     def part(self, name: str) -> None:
         """Let a line part: from now on it holds nothing."""
         self._lines[name].parted = True
+        self._known = None
 
     def tension(self, name: str) -> float:
         """Return the mean tension [N] over the last advance."""
@@ -176,32 +195,37 @@ class Lines:
 
     def pull_for(self, sub_step: float, pose: Array, twist: Array) -> Array:
         """Return wrenches (B, 6) [N, N m] on all bodies over a sub-step [s], record them, and change lengths; pose (B, 7), twist (B, 6)."""
-        total = self.present_pull(pose, twist, booked=sub_step)
-        for name, line in self._lines.items():
+        total = self.present_pull(pose, twist)
+        assert self._known is not None
+        for (name, line), tension in zip(self._lines.items(), self._known.tensions, strict=True):
+            line.tension += tension * sub_step
+            line.settle()
             if self._payout_rate[name] != 0.0:
                 line.pay_out(line.length + self._payout_rate[name] * sub_step)
+        self._known = None
         self._impulse += sub_step * total
         return total
 
-    def present_pull(self, pose: Array, twist: Array, *, booked: float = 0.0) -> Array:
-        """Return the present wrenches (B, 6) [N, N m] on all bodies; pose (B, 7), twist (B, 6).
-
-        With `booked` seconds it books tensions, and lets lines part and anchors drag.
-        """
-        total = np.zeros((len(pose), 6))
-        for name, line in self._lines.items():
-            tension, wrenches = line.pull(pose, twist, self._payout_rate.get(name, 0.0), settle=booked > 0.0)
-            line.tension += tension * booked
-            for row, wrench in zip(line.rows, wrenches, strict=True):
-                if row >= 0:
-                    total[row] += wrench
-        return total
+    def present_pull(self, pose: Array, twist: Array) -> Array:
+        """Return the present wrenches (B, 6) [N, N m] on all bodies, and change nothing; pose (B, 7), twist (B, 6)."""
+        rates = [self._payout_rate.get(name, 0.0) for name in self._lines]
+        if self._known is None or not self._known.is_of(pose, twist, rates):
+            total, tensions = np.zeros((len(pose), 6)), []
+            for line, rate in zip(self._lines.values(), rates, strict=True):
+                tension, wrenches = line.pull(pose, twist, rate)
+                tensions.append(tension)
+                for row, wrench in zip(line.rows, wrenches, strict=True):
+                    if row >= 0:
+                        total[row] += wrench
+            self._known = _Pulls(pose.copy(), twist.copy(), rates, tensions, total)
+        return self._known.wrenches.copy()
 
     def end(self, duration: float) -> Array:
         """End the advance; return the mean wrenches (B, 6) [N, N m]."""
         for line in self._lines.values():
             line.pay_out(line.ordered_length)
             line.tension /= duration
+        self._known = None
         return self._impulse / duration
 
     def save_state(self) -> dict[str, Any]:
@@ -213,6 +237,7 @@ class Lines:
 
     def restore_state(self, state: Mapping[str, Any]) -> None:
         """Go back to a state that `save_state` returned."""
+        self._known = None
         for name, saved in state.items():
             self._lines[name].restore_state(saved)
             self._payout_rate[name] = float(saved["payout_rate"])
@@ -222,6 +247,23 @@ def _largest(compliance: Array, stiffness: Array) -> float:
     """Return the largest eigenvalue of `compliance` (L, L) times diag(`stiffness`) (L,)."""
     root = np.sqrt(stiffness)
     return float(np.linalg.eigvalsh(root[:, None] * compliance * root)[-1])
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _compliance(rows: Array, inverse_masses: Array) -> Array:
+    """Return the speed (L, L) [1/kg] at which each line grows by unit impulse along each; rows (L, B, 6), few of which hold numbers."""
+    count = len(rows)
+    result, answer = np.zeros((count, count)), np.empty(6)
+    for line in range(count):
+        for body in range(rows.shape[1]):
+            row = rows[line, body]
+            if not row.any():
+                continue
+            for axis in range(6):
+                answer[axis] = (inverse_masses[body, axis] * row).sum()
+            for other in range(count):
+                result[other, line] += (rows[other, body] * answer).sum()
+    return result
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

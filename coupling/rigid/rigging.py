@@ -100,6 +100,13 @@ class Rigging:
         self.lines.part(name)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
+    def _rows(self, names: Sequence[str]) -> list[int]:
+        bodies = self._bodies
+        try:
+            return [bodies[name].row for name in names]
+        except KeyError:
+            return [self._body(name).row for name in names]
+
     def _body(self, name: str) -> Body:
         if name not in self._bodies:
             raise ValueError(f"rigid bodies: body {name!r} does not exist, allowed: {', '.join(self._bodies)}")

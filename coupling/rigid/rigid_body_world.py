@@ -24,7 +24,7 @@ from coupling.rigid.joint_constraints import PointJoint
 from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, PrescribedMotion, Quaternion, Vector
 from coupling.rigid.rigging import Rigging
 from coupling.rigid.rigid_state import pose_of, twist_of
-from coupling.rigid.step_length import step_rate
+from coupling.rigid.step_length import CHOSEN_FOR, step_rate
 from oilsim.checks import finite
 from oilsim.physical_constants import GRAVITY
 
@@ -62,6 +62,8 @@ class RigidBodyWorld(Rigging):
         self._joints: dict[str, int] = {}
         self._parted: list[str] = []
         self._tensions: dict[str, float] = {}
+        self._free: list[Body] = []
+        self._guided: list[tuple[Body, PrescribedMotion]] = []
         self._last_duration = sub_step
         self._holds = Holds(self._state)
         self._client = BulletClient(gravity, solver_iterations)
@@ -76,7 +78,7 @@ class RigidBodyWorld(Rigging):
     @property
     def free_body_names(self) -> tuple[str, ...]:
         """Names of the bodies that move by their forces."""
-        return tuple(name for name, body in self._bodies.items() if body.motion == "free")
+        return tuple(body.name for body in self._free)
 
     @property
     def disturbed(self) -> tuple[str, ...]:
@@ -146,9 +148,14 @@ class RigidBodyWorld(Rigging):
         )
         body = Body(name, len(self._bodies), motion, bullet)
         self._bodies[name] = body
+        if motion == "free":
+            self._free.append(body)
+        elif not isinstance(motion, str):
+            self._guided.append((body, motion))
         self._encounters.add_body(mesh.bounds, is_free=motion == "free", touches=friction is not None)
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
+        self._engine.forget()
         self._answer.forget()
 
     def hold_until(self, name: str, time: float) -> None:
@@ -195,6 +202,7 @@ class RigidBodyWorld(Rigging):
         self._tensions[name] = 0.0
         row = -1 if second is None else second.row
         self._answer.joints.append(PointJoint(first.row, row, first_point, second_point))
+        self._engine.forget()
         self._answer.forget()
 
     def part_joint(self, name: str) -> None:
@@ -210,11 +218,12 @@ class RigidBodyWorld(Rigging):
         self._parted.append(name)
         for body in self._bodies.values():
             body.is_jointed = any(body.row in (joint.first, joint.second) for joint in self._answer.joints)
+        self._engine.forget()
         self._answer.forget()
 
     def set_environment(self, environment: Environment, names: Sequence[str]) -> None:
         """Let a sea load the named bodies, all of which have been added; ValueError for an unknown body, or one that is not free."""
-        rows = [self._body(name).row for name in names]
+        rows = self._rows(names)
         held = [name for name in names if self._bodies[name].motion != "free"]
         if held:
             raise ValueError(
@@ -261,7 +270,7 @@ class RigidBodyWorld(Rigging):
 
     def poses(self, names: Sequence[str]) -> Array:
         """Return positions [m] and orientations xyzw (n, 7) of several bodies."""
-        return self._state.pose[[self._body(name).row for name in names]]
+        return self._state.pose[self._rows(names)]
 
     def twist(self, name: str) -> Array:
         """Return linear [m/s] and angular velocity [rad/s] (6,)."""
@@ -269,7 +278,7 @@ class RigidBodyWorld(Rigging):
 
     def twists(self, names: Sequence[str]) -> Array:
         """Return linear [m/s] and angular velocities [rad/s] (n, 6) of several bodies."""
-        return self._state.twist[[self._body(name).row for name in names]]
+        return self._state.twist[self._rows(names)]
 
     def wrench(self, name: str) -> Array:
         """Return the fluid's wrench (6,) [N, N m] as last set."""
@@ -286,7 +295,7 @@ class RigidBodyWorld(Rigging):
 
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
         """Return the twists (6 n, 6 n) [1/kg] of the named bodies by impulses on them, joints included; 0 for fixed or guided ones."""
-        rows = np.array([self._body(name).row for name in names])
+        rows = np.array(self._rows(names))
         return self._answer.articulated(self.time).inverse_mass((6 * rows[:, None] + np.arange(6)).ravel())
 
     def free_acceleration(self, name: str) -> Array:
@@ -327,24 +336,24 @@ class RigidBodyWorld(Rigging):
     def move_to_time(self, time: float) -> None:
         """Set the clock to `time` [s], and put every guided body where its motion says."""
         self.time = time
-        for body in self._bodies.values():
-            if not isinstance(body.motion, str):
-                self._place(body, body.motion.at(time))
+        for body, motion in self._guided:
+            self._place(body, motion.at(time))
         self._holds.settle(self.time)
 
     def advance(self, duration: float) -> None:
         """Advance by `duration` [s] under the wrenches as set, in equal stretches not longer than the longest sub-step."""
         count = max(1, math.ceil(duration / self._sub_step - 1e-9))
-        stretch = duration / count
         momenta_before, begin = self._state.momenta(), self.time
-        impulses = dict.fromkeys(self._joints, 0.0)
+        impulses = np.zeros(len(self._joints))
         self._engine.touched.clear()
         self.lines.begin(duration, len(self._bodies))
         if self._answer.sea is not None:
             self._answer.sea.begin()
-        for index in range(count):
-            self._advance_stretch(begin + index * stretch, stretch, impulses)
-        self._tensions = {name: impulse / duration for name, impulse in impulses.items()}
+        stretches = count if self._answer.sea is None else math.ceil(count / CHOSEN_FOR)
+        stretch = duration / stretches
+        for index in range(stretches):
+            self._advance_stretch(begin + index * stretch, stretch, math.ceil(count / stretches), impulses)
+        self._tensions = dict(zip(self._joints, (impulses / duration).tolist(), strict=True))
         self._last_duration = duration
         if self._answer.sea is not None:
             self._answer.sea.end(duration)
@@ -355,7 +364,7 @@ class RigidBodyWorld(Rigging):
 
     def save_state(self) -> dict[str, object]:
         """Return everything that moves, as plain data that can be pickled."""
-        self._engine.catch_up([body for body in self._bodies.values() if body.motion == "free"])
+        self._engine.catch_up(self._free)
         return {
             "bullet": self._client.save(),
             "time": self.time,
@@ -396,17 +405,20 @@ class RigidBodyWorld(Rigging):
         self._state.pose[body.row] = pose_of(motion)
         self._state.twist[body.row] = twist_of(motion)
 
-    def _advance_stretch(self, begin: float, duration: float, impulses: dict[str, float]) -> None:
-        """Advance by `duration` [s] from the time `begin` in equal sub-steps; add the impulses [N s] of joints to `impulses`."""
-        self._answer.meet_sea(self.time, duration)
+    def _advance_stretch(self, begin: float, duration: float, least: int, impulses: Array) -> None:
+        """Advance by `duration` [s] from the time `begin` in `least` equal sub-steps or more.
+
+        The impulses of joints are added to `impulses` (J,) [N s].
+        """
+        longest = duration / least
+        self._answer.meet_sea(self.time, longest)
         held = self._answer.articulated(self.time) if self._answer.is_needed else None
-        rate = step_rate(self._state, self._gravity, held, self.lines, self._encounters, duration)
-        count = max(1, math.ceil(duration * rate - 1e-9))
+        rate = step_rate(self._state, self._gravity, held, self.lines, self._encounters, (longest, duration))
+        count = max(least, math.ceil(duration * rate - 1e-9))
         sub_step = duration / count
         for index in range(count):
             forces = self._advance_once(begin + (index + 1) * sub_step, sub_step)
-            for name, force in zip(self._joints, forces.tolist(), strict=True):
-                impulses[name] += math.hypot(*force) * sub_step
+            impulses += np.array([math.hypot(*force) for force in forces.tolist()]) * sub_step
 
     def _advance_once(self, end: float, sub_step: float) -> Array:
         """Make one sub-step that ends at the time `end`; the engine is skipped if no free body moves, or if none at sea can touch anything.
@@ -416,12 +428,10 @@ class RigidBodyWorld(Rigging):
         self._answer.meet_sea(self.time, sub_step)
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull + self._state.sea_load
-        free = [body for body in self._bodies.values() if body.motion == "free"]
-        held = [body for body in free if not self._state.is_free[body.row]]
-        led = [(body, body.motion.at(end)) for body in self._bodies.values() if not isinstance(body.motion, str)]
-        if held:
-            led += [(body, self._holds.rest(body.row)) for body in held]
-            free = [body for body in free if body not in held]
+        free, led = self._free, [(body, motion.at(end)) for body, motion in self._guided]
+        if self._holds.held:
+            led += [(body, self._holds.rest(body.row)) for body in free if body.row in self._holds.held]
+            free = [body for body in free if body.row not in self._holds.held]
         forces, joint_wrench = self._answer.forces(self.time, wrench, sub_step)
         if free:
             handed = wrench + joint_wrench

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 from scipy.spatial.transform import Rotation
 
 from coupling.bodies import MassProperties
@@ -147,11 +148,11 @@ class RigidBodyState:
         """Let the environment add `resistance` (n, 6, 6) [kg, kg m, kg m2] to the mass matrices of these rows, until it is set again."""
         self.resistance = np.zeros((len(self.pose), 6, 6))
         self.resistance[rows] = resistance
-        self._resisted, free = np.zeros((len(self.pose), 6, 6)), self.is_free
-        carried = self.resistance[free]
-        carried[:, range(3), range(3)] += self.mass[free, None]
-        carried[:, 3:, 3:] += self.world_inertia()[free]
-        self._resisted[free] = np.linalg.inv(carried)
+        self._resisted = np.zeros((len(self.pose), 6, 6))
+        if not _carry(self.mass, self.world_inertia(), self.resistance, self.is_free, self._resisted):
+            raise FloatingPointError(
+                "the mass matrix of a body at sea is not positive definite; its simulation is unstable"
+            )
 
     def inverse_masses(self) -> Array:
         """Return the twist by impulse of each body (B, 6, 6), with what the environment adds to its mass; 0 for a fixed or guided one."""
@@ -231,6 +232,45 @@ def steady(earlier: Array, later: Array) -> Array:
     The pull of a rope lasts; an impact of one step does not, and the fluid must not take it for a lasting force.
     """
     return np.where(earlier * later > 0.0, np.sign(later) * np.minimum(np.abs(earlier), np.abs(later)), 0.0)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _carry(mass: Array, inertia: Array, resistance: Array, is_free: npt.NDArray[np.bool_], inverse: Array) -> bool:
+    """Write (diag(m, I) + resistance)^-1 of free bodies to `inverse` (B, 6, 6), by Cholesky's factor; tell whether all have one.
+
+    mass (B,) [kg], inertia (B, 3, 3) [kg m2], resistance (B, 6, 6) [kg, kg m, kg m2], symmetric.
+    """
+    factor, column = np.zeros((6, 6)), np.zeros(6)
+    for b in range(len(mass)):
+        if not is_free[b]:
+            continue
+        for i in range(6):
+            for j in range(i + 1):
+                value = resistance[b, i, j]
+                if i >= 3 and j >= 3:
+                    value += inertia[b, i - 3, j - 3]
+                elif i == j:
+                    value += mass[b]
+                for k in range(j):
+                    value -= factor[i, k] * factor[j, k]
+                if j < i:
+                    factor[i, j] = value / factor[j, j]
+                elif value > 0.0:
+                    factor[i, i] = np.sqrt(value)
+                else:
+                    return False
+        for unit in range(6):
+            for i in range(6):
+                value = 1.0 if i == unit else 0.0
+                for k in range(i):
+                    value -= factor[i, k] * column[k]
+                column[i] = value / factor[i, i]
+            for i in range(5, -1, -1):
+                value = column[i]
+                for k in range(i + 1, 6):
+                    value -= factor[k, i] * inverse[b, k, unit]
+                inverse[b, i, unit] = value / factor[i, i]
+    return True
 
 
 def pose_of(motion: Motion) -> Array:

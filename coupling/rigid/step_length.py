@@ -20,6 +20,7 @@ TURNED_AT_SEA = (
 )
 SWUNG = 0.5  # [rad], largest swing under the forces of joints; from 2 on swings grow
 SWUNG_AT_SEA = 1.0  # [rad], the same of bodies that a sea loads, whose damping takes what swings gain
+CHOSEN_FOR = 2  # longest sub-steps at sea for which the sub-step is chosen at once; waves change little within them
 SHORTEST = 5e-4  # [s], shortest step because of turns and swings, and of any single line when it is added
 
 
@@ -29,9 +30,13 @@ def step_rate(
     held: Articulation | None,
     lines: Lines,
     encounters: Encounters,
-    duration: float,
+    spans: tuple[float, float],
 ) -> float:
-    """Return the steps per second that bodies, joints (`held`) and lines need now, within the next `duration` [s]; gravity (3,) [m/s2]."""
+    """Return the steps per second that bodies, joints (`held`) and lines need now; gravity (3,) [m/s2].
+
+    spans [s]: the longest step that is allowed anyway, and the time within which bodies may run into each other.
+    """
+    longest, duration = spans
     spin = np.linalg.norm(state.twist[state.is_free, 3:], axis=1)
     at_sea = state.resistance is not None
     patient = float(spin.max(initial=0.0)) / (TURNED_AT_SEA if at_sea else TURNED)
@@ -40,7 +45,7 @@ def step_rate(
         free = state.accelerations_under(wrench, gravity)
         inverse_inertia = state.inverse_masses()[:, 3:, 3:] if at_sea else state.inverse_inertia()
         swung = SWUNG_AT_SEA if at_sea else SWUNG
-        patient = max(patient, held.swing(free, inverse_inertia, swung / duration) / swung)
+        patient = max(patient, held.swing(free, inverse_inertia, swung / longest) / swung)
     # a resting body is not accelerated by its weight: joints and contacts last
     lasting = wrench + steady(state.earlier_reaction, state.reaction)
     later = state.twist + duration * state.accelerations_under(lasting, gravity)

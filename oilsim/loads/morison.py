@@ -63,7 +63,10 @@ class _Motion(NamedTuple):
 
 
 class _Water(NamedTuple):
-    """Sea at n points: elevation (n,) [m]; velocity [m/s], acceleration and that of the surface [m/s2], wind [m/s], each (n, 3)."""
+    """Sea at n points: elevation (n,) [m]; velocity [m/s], acceleration [m/s2], each (n, 3).
+
+    Parts have the acceleration of the surface above them, too, stations the wind, each (n, 3).
+    """
 
     elevation: Array
     velocity: Array
@@ -105,24 +108,28 @@ class FloatingBodies:
 
     def _water_at(self, centers: Array, places: Array, time: float) -> tuple[_Water, _Water]:
         """Ask the sea once at the centers (P, 3) [m] of parts, at the surface there, and at the places (S, 3) [m] of stations."""
-        surface, count = centers + np.array((0.0, 0.0, ALOFT)), len(centers)
-        points = np.concatenate([centers, places, surface])
-        motion = self.sea.kinematics(points, time)
-        wind = np.zeros((len(centers) + len(places), 3))
-        wind[:, :2] = self.sea.wind(points[: len(wind), :2], time)
+        surface, count, both = centers + np.array((0.0, 0.0, ALOFT)), len(centers), len(centers) + len(places)
+        motion = self.sea.kinematics(np.concatenate([centers, places, surface]), time)
         waters = []
-        for chosen in (slice(0, count), slice(count, len(wind))):
-            surface_acceleration = motion.acceleration[len(wind) :] if chosen.start == 0 else np.zeros((0, 3))
+        for chosen in (slice(0, count), slice(count, both)):
+            of_parts = chosen.start == 0
             waters.append(
                 _Water(
                     elevation=motion.elevation[chosen],
                     velocity=motion.velocity[chosen],
                     acceleration=motion.acceleration[chosen],
-                    surface_acceleration=surface_acceleration,
-                    wind=wind[chosen],
+                    surface_acceleration=motion.acceleration[both:] if of_parts else np.zeros((0, 3)),
+                    wind=np.zeros((0, 3)) if of_parts else self._wind_at(places, motion.elevation[chosen], time),
                 )
             )
         return waters[0], waters[1]
+
+    def _wind_at(self, places: Array, elevation: Array, time: float) -> Array:
+        """Ask the sea for the wind (S, 3) [m/s] at the places (S, 3) [m] of stations that are not all under water; 0 at the others."""
+        wind = np.zeros((len(places), 3))
+        dry = np.flatnonzero(places[:, 2] + self._stations.half_height > elevation)
+        wind[dry, :2] = self.sea.wind(places[dry, :2], time)
+        return wind
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -81,19 +81,19 @@ def sum_linear(points, waves, phase, water, wheeler, field):
     waves: WaveComponents; phase (M,) [rad]; water: StillWater; wheeler: whether heights are stretched.
     """
     count, h = points.shape[0], water.depth
-    block = np.empty(ROWS * BLOCK)
+    block, angles = np.empty(ROWS * BLOCK), np.empty(2 * BLOCK * phase.shape[0])
     for start in range(0, count, BLOCK):
         size = min(BLOCK, count - start)
         block[:] = 0.0
         for i in range(size):
             block[X + i], block[Y + i] = points[start + i, 0], points[start + i, 1]
-        _add_elevation(block, size, waves, phase)
+        _add_angles(block, angles, size, waves, phase)
         for i in range(size):
             z, eta = points[start + i, 2] - water.level, block[ETA + i]
             stretched = min(max(h * (z - eta) / (h + eta), -h), 0.0)
             field.stretched[start + i] = stretched
             block[S + i] = stretched if wheeler else min(max(z, -h), 0.0)
-        _add_kinematics(block, size, waves, phase, h)
+        _add_kinematics(block, angles, size, waves, h)
         store(block, start, size, water, points, field)
 
 
@@ -121,26 +121,42 @@ def _add_elevation(block, size, waves, phase):
 
 
 @inlined
-def _add_kinematics(block, size, waves, phase, h):
-    """Add p / rho, u and du/dt of all components to the rows of a block (ROWS * BLOCK,) [m2/s2, m/s, m/s2].
+def _add_angles(block, angles, size, waves, phase):
+    """Add a cos theta of all components to the row ETA of a block (ROWS * BLOCK,) [m], and keep sin and cos of all in `angles`.
 
-    phase (M,) [rad]; h [m] depth. One array holds all rows, at fixed distances, so that the compiler sees that they do not overlap.
+    angles (2 * BLOCK * M,) [-]: for each component a row of sines and one of cosines; phase (M,) [rad].
     """
     for j in range(phase.shape[0]):
-        k, sigma, shift = waves.wave_number[j], waves.frequency[j], phase[j]
-        to_x, to_y = waves.toward_x[j], waves.toward_y[j]
-        k_x, k_y, celerity = k * to_x, k * to_y, sigma / k
-        scale = waves.amplitude[j] * sigma / (1.0 - np.exp(-2.0 * k * h))
+        a, k = waves.amplitude[j], waves.wave_number[j]
+        k_x, k_y, shift, row = k * waves.toward_x[j], k * waves.toward_y[j], phase[j], 2 * BLOCK * j
+        for i in range(size):
+            s, c = sine_cosine(k_x * block[X + i] + k_y * block[Y + i] - shift)
+            angles[row + i], angles[row + BLOCK + i] = s, c
+            block[ETA + i] += a * c
+
+
+@inlined
+def _add_kinematics(block, angles, size, waves, h):
+    """Add p / rho, u and du/dt of all components to the rows of a block (ROWS * BLOCK,) [m2/s2, m/s, m/s2].
+
+    angles: from `_add_angles`; h [m] depth. One array holds all rows, at fixed distances, so that the compiler sees that they do not
+    overlap.
+    """
+    for j in range(waves.amplitude.shape[0]):
+        k, sigma, row = waves.wave_number[j], waves.frequency[j], 2 * BLOCK * j
+        to_x, to_y, celerity = waves.toward_x[j], waves.toward_y[j], sigma / k
+        twice = np.exp(-2.0 * k * h)
+        scale = waves.amplitude[j] * sigma / (1.0 - twice)
         if k * h > DEEP:
             for i in range(size):
-                s, c = sine_cosine(k_x * block[X + i] + k_y * block[Y + i] - shift)
+                s, c = angles[row + i], angles[row + BLOCK + i]
                 flat = scale * exponential(k * block[S + i])
                 _add_terms(block, i, (flat * s, flat * c, flat * s, flat * c), (sigma, celerity, to_x, to_y))
         else:
             for i in range(size):
-                s, c = sine_cosine(k_x * block[X + i] + k_y * block[Y + i] - shift)
-                down = scale * exponential(k * block[S + i])
-                up = scale * exponential(-k * (block[S + i] + 2.0 * h))
+                s, c = angles[row + i], angles[row + BLOCK + i]
+                fall = exponential(k * block[S + i])
+                down, up = scale * fall, scale * twice / fall
                 flat, steep = down + up, down - up
                 _add_terms(block, i, (flat * s, flat * c, steep * s, steep * c), (sigma, celerity, to_x, to_y))
 

@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim.sea.description import SeaDescription, profile
 from oilsim.sea.dispersion_relation import second_harmonic
-from oilsim.sea.gust_kernel import add_gusts
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
 from oilsim.sea.linear_waves import WaveField, linear_field, sum_elevation
 from oilsim.sea.regular_waves import RegularWaves
 from oilsim.sea.stokes_waves import add_harmonic, stokes_field
 from oilsim.sea.wave_components import NO_WAVES, WaveComponents
+from oilsim.sea.wind_kernels import add_drift, add_gusts
 
 Double = NDArray[np.float64]
 
@@ -248,9 +248,8 @@ class Sea:
             field.velocity[:, :2] += share * current.flow.velocity(time)
             field.acceleration[:, :2] += share * current.flow.rate(time)
         if wind is not None and wind.drift is not None:
-            depth = np.maximum(field.elevation - points[:, 2], 0.0)
-            upper = np.flatnonzero(depth < wind.drift.layer)
-            field.velocity[upper, :2] += self.wind_drift(depth[upper], time)
+            layer = wind.drift.layer_under(wind.flow.velocity(time), self._water.density)
+            add_drift(points[:, 2], field.elevation, layer, field.velocity)
 
 
 def _line_factors(lines: Double, wave_number: Double) -> NDArray[np.complex128]:

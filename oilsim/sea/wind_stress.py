@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,21 @@ def friction_speed(speed: float, density: float = AIR_DENSITY) -> float:
     return math.sqrt(wind_stress(speed) / density)
 
 
+class DriftLayer(NamedTuple):
+    """The drifting layer under one wind.
+
+    thickness [m]; surface [m/s] drift there; slope [m/s] and roughness z0 [m] of the profile surface - slope ln(1 + d / z0); toward_x,
+    toward_y [-]: its direction.
+    """
+
+    thickness: float
+    surface: float
+    slope: float
+    roughness: float
+    toward_x: float
+    toward_y: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class WindDrift:
     """The layer that the wind drags along: a logarithmic profile from the surface down to `layer`, where it ends.
@@ -58,12 +74,21 @@ class WindDrift:
 
     def velocity(self, depth: Double, wind: Double, density: float) -> Double:
         """Compute the drift (N, 2) [m/s] at depths (N,) [m] below the surface in the mean wind (2,) [m/s] at 10 m."""
+        layer, depth = self.layer_under(wind, density), np.asarray(depth, np.float64)
+        profile = np.maximum(layer.surface - layer.slope * np.log1p(depth / layer.roughness), 0.0)
+        return np.asarray(profile[..., None] * np.array([layer.toward_x, layer.toward_y]))
+
+    def layer_under(self, wind: Double, density: float) -> DriftLayer:
+        """Return the layer under the mean wind (2,) [m/s] at 10 m, in water of `density` [kg/m3]; one at rest without wind."""
         speed = math.hypot(*wind)
-        depth = np.asarray(depth, np.float64)
         if speed == 0.0:
-            return np.zeros((*depth.shape, 2))
-        slope = friction_speed(speed, density) / KARMAN
-        profile = SURFACE_DRIFT * friction_speed(speed) - slope * np.log1p(depth / self.roughness(density))
+            return DriftLayer(self.layer, 0.0, 0.0, 1.0, 0.0, 0.0)
         c, s = math.cos(self.deflection), math.sin(self.deflection)
-        to = np.array([wind[0] * c + wind[1] * s, wind[1] * c - wind[0] * s]) / speed
-        return np.maximum(profile, 0.0)[..., None] * to
+        return DriftLayer(
+            thickness=self.layer,
+            surface=SURFACE_DRIFT * friction_speed(speed),
+            slope=friction_speed(speed, density) / KARMAN,
+            roughness=self.roughness(density),
+            toward_x=float(wind[0] * c + wind[1] * s) / speed,
+            toward_y=float(wind[1] * c - wind[0] * s) / speed,
+        )

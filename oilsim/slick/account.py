@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from oilsim.slick.loss_cause import LossCause
+from oilsim.slick.loss_cause import CAUSES
 from oilsim.slick.losses import Losses
 from oilsim.slick.parcels import Parcels, ParcelState, sums
 
-FATES = (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST, ParcelState.STRANDED, ParcelState.RECOVERED)
+FATES = {
+    "afloat": ParcelState.AFLOAT,
+    "held": ParcelState.HELD,
+    "lost": ParcelState.LOST,
+    "stranded": ParcelState.STRANDED,
+    "recovered": ParcelState.RECOVERED,
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,12 +49,12 @@ def take_account(parcels: Parcels, losses: Losses, released: float) -> SlickAcco
     """Add up the parcels; `released` [m3] since the start."""
     fate = parcels.fates()
     lost = fate == ParcelState.LOST
-    by_cause = sums(parcels.cause[lost], parcels.volume[lost], len(LossCause))
+    by_cause = sums(parcels.cause[lost], parcels.volume[lost], len(CAUSES))
     passed = losses.gone.sum(axis=1)
     return SlickAccount(
         released=released,
-        lost_by_cause={cause.name.lower(): float(by_cause[cause]) for cause in LossCause},
-        passed={cause.name.lower(): float(passed[cause]) for cause in LossCause},
+        lost_by_cause=dict(zip(CAUSES, by_cause.tolist(), strict=True)),
+        passed=dict(zip(CAUSES, passed.tolist(), strict=True)),
         resolved=float(parcels.volume[parcels.state == ParcelState.RESOLVED].sum()),
-        **{one.name.lower(): float(parcels.volume[fate == one].sum()) for one in FATES},
+        **{name: float(parcels.volume[fate == one].sum()) for name, one in FATES.items()},
     )

@@ -25,6 +25,10 @@ class LossCause(IntEnum):
     THROUGH = 7
 
 
+CAUSES = tuple(cause.name.lower() for cause in LossCause)
+"""Names of the causes, in their order, as accounts and recordings have them."""
+
+
 class Pools(NamedTuple):
     """The oil ahead of P pools: pool 2 s lies left of segment s (from its start to its end), pool 2 s + 1 right of it.
 

@@ -20,7 +20,7 @@ from oilsim.slick.losses import Losses
 from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
-from oilsim.slick.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
+from oilsim.slick.pooling.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
 from oilsim.slick.recovery import oil_within, recover
 from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.stranding import carry_stranded, strand
@@ -74,6 +74,7 @@ class Slick:
         self.losses = Losses(len(self.barriers))
         self._random = np.random.default_rng(settings.seed)
         self._released = 0.0
+        self.changes = 0  # releases, recoveries, steps and restored states so far
         self.pools = self._measure(np.zeros((len(self.barriers), 2)))
 
     def release(
@@ -102,6 +103,7 @@ class Slick:
         }  # fmt: skip
         self.parcels.append(columns, count)
         self._released += volume
+        self.changes += 1
 
     def _require_release(self, oil: Oil, volume: float, count: int, radius: float, age: float) -> None:
         for name, value in (("volume", volume), ("radius", radius)):
@@ -139,6 +141,7 @@ class Slick:
         """
         if not (math.isfinite(duration) and duration > 0.0):
             raise ValueError(f"slick: duration is {duration} s, allowed: above 0")
+        self.changes += 1
         relative = self.relative_velocity(water or flow, time, duration)
         self._drift(flow, time, duration, relative)
         self._tend_pools(relative, duration, loss_rate)
@@ -217,6 +220,7 @@ class Slick:
 
         Raises ValueError for a radius or volume below 0.
         """
+        self.changes += 1
         return recover(self.parcels, center, radius, volume)
 
     @property
@@ -237,6 +241,7 @@ class Slick:
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go back to what `save_state` returned; the steps that follow are equal bit for bit."""
+        self.changes += 1
         self.parcels.restore_state(saved["parcels"])
         self.barriers.restore_state(saved["barriers"])
         self.losses.restore_state(saved["losses"])

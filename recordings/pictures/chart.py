@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, QhullError
 
@@ -24,6 +26,9 @@ _FLAT = 0.2  # a scene is seen from the side if its width is less than this frac
 _FEWEST = 10  # fewer particles than this get no outline
 _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
 _FAINT = 0.35
+_NAME = "name of a vessel"  # mark of its text
+_APART = 2.0  # [pixels] between names
+_ROUNDS = 50  # in which names are pushed apart, at most
 _DISC = np.column_stack([wave(np.linspace(0.0, 2.0 * np.pi, 9)[:-1]) for wave in (np.cos, np.sin)])
 
 
@@ -63,6 +68,7 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
         axes.set_title(past, loc="right", fontsize=9.0, color="#5c6b76", fontweight="normal")
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
+    spread_names(axes)
 
 
 def _has_past(oils: Sequence[str], moments: Sequence[Moment]) -> bool:
@@ -132,8 +138,34 @@ def draw_body(
     if opacity == 1.0 and entity_paths.body_group(name) == entity_paths.VESSELS:
         label = name.partition("/")[2]
         place = (float(body.position[across[0]]), float(body.position[across[1]]))
-        text = axes.annotate(label, place, color="white", fontsize=9.5, fontweight="bold", ha="center", va="center")
-        text.set(zorder=7, path_effects=[withStroke(linewidth=2.2, foreground=tuple(0.45 * tint))])
+        text = axes.annotate(label, place, (0.0, 0.0), textcoords="offset points", color="white", fontsize=9.5)
+        text.set(fontweight="bold", ha="center", va="center", zorder=7, gid=_NAME)
+        text.set_path_effects([withStroke(linewidth=2.2, foreground=tuple(0.45 * tint))])
+
+
+def spread_names(axes: Axes) -> None:
+    """Push names of vessels apart that would lie on each other; to be called once everything is drawn."""
+    axes.apply_aspect()
+    names = [text for text in axes.texts if isinstance(text, Annotation) and text.get_gid() == _NAME]
+    places = [axes.transData.transform(text.xy) for text in names]
+    sizes = [np.array(text.get_window_extent().size) + _APART for text in names]
+    shift = np.zeros((len(names), 2))  # [pixels]
+    for _ in range(_ROUNDS):
+        pushed = False
+        for one, other in combinations(range(len(names)), 2):
+            way = places[other] + shift[other] - places[one] - shift[one]
+            overlap = 0.5 * (sizes[one] + sizes[other]) - np.abs(way)
+            if (overlap > 0.0).all():
+                axis, pushed = int(np.argmin(overlap)), True
+                push = 0.5 * (overlap[axis] + 1.0) * (1.0 if way[axis] >= 0.0 else -1.0)
+                shift[one, axis] -= push
+                shift[other, axis] += push
+        if not pushed:
+            break
+    figure = axes.get_figure(root=True)
+    points = 72.0 / (72.0 if figure is None else figure.dpi)  # of a pixel
+    for text, (right, up) in zip(names, points * shift, strict=True):
+        text.xyann = (right, up)
 
 
 def draw_tracks(axes: Axes, replay: Replay, across: tuple[int, int]) -> None:

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 import rerun.blueprint as rrb
 from rerun.chunk import Chunk
-from scipy.constants import knot
 
+from oilsim.physical_constants import KNOT
 from recordings import appearance, entity_paths
 from recordings.errors import RecordingError
 from recordings.replay.recording import Replay
@@ -26,7 +26,7 @@ from recordings.words import cause_in_words
 
 SIDES = ("A", "B")
 _BACKGROUND = (224, 233, 240)
-_KNOTS = 1.0 / knot
+_KNOTS = 1.0 / KNOT
 
 Values = npt.NDArray[np.float64]
 Reduction = Callable[[Values], float]

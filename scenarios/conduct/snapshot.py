@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.constants import knot
 
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
+from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.exercise import BoomDescription
 from recordings.frame import Frame
@@ -26,9 +26,9 @@ from vessels.vessel import heading_of
 
 GAUGES = ("tow_speed", "normal_speed_held", "gap_ratio", "oil_retained", "oil_lost", "oil_free", "skirt_angle")
 NORMAL_SPEEDS = (
-    0.6 * knot,
-    0.7 * knot,
-    1.0 * knot,
+    0.6 * KNOT,
+    0.7 * KNOT,
+    1.0 * KNOT,
 )  # [m/s] at which the boom's colour changes; the second is practice's limit
 
 

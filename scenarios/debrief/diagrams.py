@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.constants import knot
 
 from booms.containment import PRACTICE_SPEED
+from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels, plots_with_series
@@ -75,8 +75,8 @@ def speed_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     """Draw speeds in knots, with the 0.7 knots above which booms lose oil."""
     figure = empty_figure(2.9)
     axes = figure.subplots()
-    limit, held = PRACTICE_SPEED / knot, _held_speed(history).max(axis=1) / knot
-    worst = np.abs(history.normal_flow).max(axis=1) / knot
+    limit, held = PRACTICE_SPEED / KNOT, _held_speed(history).max(axis=1) / KNOT
+    worst = np.abs(history.normal_flow).max(axis=1) / KNOT
     axes.plot(
         history.time,
         held,
@@ -94,7 +94,7 @@ def speed_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     )
     if history.tow_speed.any():
         axes.plot(
-            history.time, history.tow_speed / knot, color=_LINES[1], linewidth=1.6, label="tow speed through the water"
+            history.time, history.tow_speed / KNOT, color=_LINES[1], linewidth=1.6, label="tow speed through the water"
         )
     axes.axhline(limit, color="#c23030", linewidth=1.4, linestyle="--", label=f"above {limit:.1f} kn booms lose oil")
     axes.fill_between(history.time, limit, held, where=held > limit, color="#c23030", alpha=0.18, linewidth=0.0)
@@ -159,7 +159,7 @@ def skirt_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
 def along_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     """Draw speed, lean and tension along the boom over time: they show its weak places."""
     maps: list[tuple[str, str, Array, str, float | None]] = [
-        ("Held speed normal to the boom (white line: 0.7 kn)", "kn", _held_speed(history) / knot, "viridis", 0.7),
+        ("Held speed normal to the boom (white line: 0.7 kn)", "kn", _held_speed(history) / KNOT, "viridis", 0.7),
         ("Lean of the skirt", "deg", np.degrees(history.skirt_angle), "cividis", None),
     ]
     if not np.isnan(history.tension).any():

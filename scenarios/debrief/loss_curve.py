@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.constants import knot
 
+from oilsim.physical_constants import KNOT
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.diagrams import empty_figure
 from scenarios.debrief.key_moments import KeyMoment
 
 Array = NDArray[np.float64]
-STEP = 0.1 * knot  # [m/s] width of a bar, as the steps of ASTM F2084
+STEP = 0.1 * KNOT  # [m/s] width of a bar, as the steps of ASTM F2084
 PRACTICE = (0.6, 1.0)  # [kn] in which booms lose their first oil in practice: 0.31 to 0.51 m/s
 _RESOLVED, _MODELLED, _BAND = "#1f5fa8", "#e07b20", "#dfe8d8"
 
@@ -31,11 +31,11 @@ def loss_by_speed(history: BoomHistory) -> tuple[Array, Array, Array]:
     pool = np.maximum(history.oil["retained"][:-1], 0.0)
     held = np.bincount(step, weights=pool * duration)
     steps = np.flatnonzero(held > 0.0)
-    rates = []
+    rates: list[Array] = []
     for volume in (passed - modelled, modelled):
         sums = np.bincount(step, weights=np.diff(volume), minlength=len(held))[steps]
-        rates.append(np.maximum(0.0, 60.0 * sums / held[steps]))
-    return (steps + 0.5) * STEP, rates[0], rates[1]
+        rates.append(np.asarray(np.maximum(0.0, 60.0 * sums / held[steps]), np.float64))
+    return np.asarray((steps + 0.5) * STEP, np.float64), rates[0], rates[1]
 
 
 def loss_curve(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | None:
@@ -45,14 +45,14 @@ def loss_curve(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | N
     figure = empty_figure(3.0)
     axes = figure.subplots()
     speed, resolved, modelled = loss_by_speed(history)
-    place, width = speed / knot, 0.85 * STEP / knot
+    place, width = speed / KNOT, 0.85 * STEP / KNOT
     axes.axvspan(*PRACTICE, color=_BAND, label="first loss in practice, 0.6 to 1.0 kn")
     axes.bar(place, 100.0 * resolved, width, color=_RESOLVED, label="resolved by particles")
     axes.bar(place, 100.0 * modelled, width, bottom=100.0 * resolved, color=_MODELLED, label="modelled by closures")
     losses = history.loss_speeds
     for found, name, style in ((losses.first_loss, "first loss", "--"), (losses.gross_loss, "gross loss", ":")):
         if found is not None:
-            axes.axvline(found / knot, color="#c23030", linestyle=style, label=f"{name}, {found / knot:.2f} kn")
+            axes.axvline(found / KNOT, color="#c23030", linestyle=style, label=f"{name}, {found / KNOT:.2f} kn")
     axes.set_xlabel("tow speed through the water [kn]")
     axes.set_ylabel("% of the pool a minute")
     axes.set_title("Loss over speed", loc="left")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -119,6 +121,16 @@ def led(history: BoomHistory) -> float | None:
 def time_over(history: BoomHistory, speed: float) -> float:
     """Return the share [%] of the time in which water kept running against the boom faster than `speed` [m/s]."""
     return 100.0 * float((history.held_speed[history.settled].max(axis=1) > speed).mean())
+
+
+def over_by_segment(history: BoomHistory, limits: Sequence[float]) -> tuple[Array, Array]:
+    """Return the highest speed (S,) [m/s] that lasted against each segment, and the shares of time (S, L) [%] over L limits [m/s].
+
+    Times of start-up do not count.
+    """
+    speeds = history.held_speed[history.settled]
+    shares = [100.0 * (speeds > limit).mean(axis=0) for limit in limits]
+    return np.asarray(speeds.max(axis=0)), np.stack(shares, axis=1)
 
 
 def gap(history: BoomHistory) -> float:

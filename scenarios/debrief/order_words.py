@@ -7,8 +7,7 @@ import shlex
 import tomllib
 from collections.abc import Callable, Mapping
 
-from scipy.constants import knot
-
+from oilsim.physical_constants import KNOT
 from recordings.words import course_in_words, levers_in_words, three_figures, volume_in_words
 from scenarios.schema.parsing.structuring import COMPASS, SUFFIXES
 
@@ -66,7 +65,7 @@ def _course_in_words(vessel: str, written: str, bearing: float) -> str:
         if "by_hand" in leg:
             return f"{vessel}: {levers_in_words(*map(float, leg['by_hand']))}, by hand"
         course = course_in_words(float(leg["heading"]), bearing)
-        return f"{vessel}: make {float(leg['speed']) / knot:.2f} kn over the ground, heading {course}"
+        return f"{vessel}: make {float(leg['speed']) / KNOT:.2f} kn over the ground, heading {course}"
     except (ValueError, TypeError, KeyError):
         return f"a new course for {vessel}"
 
@@ -110,10 +109,10 @@ def _release_in_words(pipe: str, written: str) -> str:
 
 
 _WORDS: Mapping[str, Callable[[float, str], str]] = {
-    "tow.speed": lambda value, _: f"tow at {value / knot:.2f} kn",
-    "wind.speed": lambda value, _: f"wind {three_figures(value / knot)} kn",
+    "tow.speed": lambda value, _: f"tow at {value / KNOT:.2f} kn",
+    "wind.speed": lambda value, _: f"wind {three_figures(value / KNOT)} kn",
     "wind.gustiness": lambda value, _: f"gusts of {three_figures(100.0 * value)} % of the wind",
-    "current.speed": lambda value, _: f"current {value / knot:.2f} kn",
+    "current.speed": lambda value, _: f"current {value / KNOT:.2f} kn",
     "wind.gust_intensity": lambda value, _: f"gusts of {three_figures(100.0 * value)} % of the wind",
     "waves.significant_height": lambda value, _: f"waves {three_figures(value)} m high",
     "waves.height": lambda value, _: f"waves {three_figures(value)} m high",

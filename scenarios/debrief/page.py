@@ -16,13 +16,13 @@ import matplotlib.image
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
-from scipy.constants import knot
 
-from booms.containment import MODELLED, RESOLVED
+from booms.containment import MODELLED, PRACTICE_SPEED, RESOLVED
 from booms.losses.drainage import suction_limit
 from booms.losses.liquids import OilOnWater
 from booms.resolution import blockage_in_words, skirt_in_words
 from booms.scores import catenary_parameter, skirt_drag_coefficient, tow_force
+from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.exercise import BoomDescription
 from recordings.pictures.style import STYLE
@@ -32,13 +32,15 @@ from recordings.sink.legend import tension_colors
 from recordings.words import cause_in_words, force_in_words, three_figures, volume_in_words
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
-from scenarios.debrief.grade import LETTERS, Grade, criteria_from, grade
+from scenarios.debrief.grade import DESIGN_SPEED, GROSS_SPEED, LETTERS, Grade, criteria_from, grade
 from scenarios.debrief.key_moments import KeyMoment, deck_text, is_technical, key_moments
 from scenarios.debrief.loss_curve import loss_curve
+from scenarios.debrief.measures import over_by_segment
 from scenarios.debrief.slick_map import slick_map
 from scenarios.schema.criteria import CriterionSettings
 
 PAGE = "debrief.html"
+SEGMENT_SPEEDS = (DESIGN_SPEED, PRACTICE_SPEED, GROSS_SPEED)  # [m/s], of the criteria of the same names
 _DPI = 110
 _COARSE = 5.0  # particles over the skirt's depth, below which leakage is resolved coarsely
 _COARSE_CLOSED = "The speed of the first loss is that of the closures, in the band of practice; the loss a minute is an order of magnitude."
@@ -48,12 +50,13 @@ _SQUARE = 0.7  # part of the speed through the water that is across the line bet
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomChapter:
-    """The chapter of one boom: its grade, its diagrams by name as SVG text, and its table of figures."""
+    """The chapter of one boom: its grade, its diagrams by name as SVG text, its table of figures, and that of its segments."""
 
     history: BoomHistory
     grade: Grade
     diagrams: dict[str, str]
     figures: list[tuple[str, str]]
+    segments: list[tuple[str, ...]]
 
 
 def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, CriterionSettings] | None = None) -> Path:
@@ -147,7 +150,11 @@ def _chapter(
         if figure is not None:
             diagrams[name] = _write_figure(figure, folder / f"{prefix}{name}.png")
     return BoomChapter(
-        history=history, grade=grade(history, criteria), diagrams=diagrams, figures=_figures(replay, history)
+        history=history,
+        grade=grade(history, criteria),
+        diagrams=diagrams,
+        figures=_figures(replay, history),
+        segments=_segments(history),
     )
 
 
@@ -193,6 +200,23 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     return rows + _rules_of_thumb(replay, history)
 
 
+def _segments(history: BoomHistory) -> list[tuple[str, ...]]:
+    """List each segment: its place along the boom, the highest speed normal to it, and the time over each of `SEGMENT_SPEEDS`."""
+    if not history.settled.any():
+        return []
+    highest, over = over_by_segment(history, SEGMENT_SPEEDS)
+    length = history.boom.length / len(highest)
+    return [
+        (
+            f"{k}",
+            f"{k * length:.1f} to {(k + 1) * length:.1f} m",
+            _knots(float(highest[k])),
+            *(f"{share:.0f} %" for share in over[k]),
+        )
+        for k in range(len(highest))
+    ]
+
+
 def _rules_of_thumb(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     """List what rules of thumb give for the same tow, beside the measured values."""
     boom = history.boom
@@ -230,7 +254,7 @@ def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]
     )
     radius = catenary_parameter(boom.length, gap)
     area = f"A = {boom.skirt_depth:g} m of skirt × {three_figures(radius)} m, the radius of the apex at a gap ratio of {gap:.2f}"
-    return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / knot:.2f} kn across "
+    return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / KNOT:.2f} kn across "
              "the line between the ends", force_in_words(force)), recorded]  # fmt: skip
 
 
@@ -298,4 +322,4 @@ def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
 
 
 def _knots(speed: float | None) -> str:
-    return "not reached" if speed is None else f"{speed / knot:.2f} kn"
+    return "not reached" if speed is None else f"{speed / KNOT:.2f} kn"

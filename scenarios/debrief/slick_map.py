@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ignore[import-untyped]
-from scipy.constants import knot
 
+from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.entity_paths import VESSELS, body_group
 from recordings.exercise import BoomDescription
-from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks
+from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks, spread_names
 from recordings.replay.moments import Moment
 from recordings.replay.recording import Replay
 from recordings.words import cause_in_words, course_in_words, three_figures
@@ -56,6 +56,7 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
     _draw_weather(axes, replay)
+    spread_names(axes)
     return figure
 
 
@@ -116,7 +117,7 @@ def _draw_weather(axes: Axes, replay: Replay) -> None:
         speed = float(np.hypot(x, y))
         if speed > 0.0:
             course = course_in_words(float(np.arctan2(y, x)) + turn, bearing)
-            text = name.format(three_figures(speed / knot), course)
+            text = name.format(three_figures(speed / KNOT), course)
             _draw_arrow(axes, (1.12, height), np.array([x, y]) / speed, text, color)
 
 

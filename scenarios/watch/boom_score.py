@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import knot
 
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
@@ -17,6 +16,7 @@ from booms.deployment import BoomLayout
 from booms.losses.closure_losses import ClosureLosses
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid.rigid_body_world import RigidBodyWorld
+from oilsim.physical_constants import KNOT
 from oilsim.solver import Fluid
 from recordings.frame import EventLevel
 from recordings.replay.running_extremes import WORST
@@ -109,9 +109,11 @@ class BoomScore:
         if self._ended:
             self._series = {}
             return
-        report = self.tracker.update(
-            time, state, *oil, water_level=level, current=(float(current[0]), float(current[1]))
-        )
+        flow = (float(current[0]), float(current[1]))
+        if slick is None or len(oil[1]):
+            report = self.tracker.update(time, state, *oil, water_level=level, current=flow)
+        else:
+            report = self.tracker.update_without_particles(time, state, water_level=level, current=flow)
         if slick is not None:
             report = with_slick(report, slick, self.name)
         self.report = report
@@ -171,7 +173,7 @@ class BoomScore:
 
     def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
         """Announce what happens for the first time."""
-        through = f"at {speed / knot:.2f} kn through the water"
+        through = f"at {speed / KNOT:.2f} kn through the water"
         share = 100.0 * self._losses.first_share
         normal = f"water has run against the boom at more than 0.7 kn (normal to it) for {self._held.window:.2g} s"
         self._tell_once("too fast", held > PRACTICE_SPEED, normal)
@@ -182,10 +184,10 @@ class BoomScore:
             self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
             self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
         if first is not None:
-            self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / knot:.2f} kn")
+            self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / KNOT:.2f} kn")
         if gross is not None:
             rate, window = 60.0 * 100.0 * self._losses.gross_rate, self._losses.gross_window
-            text = f"has lost more than {rate:g} % of its oil a minute for {window:g} s, at {gross / knot:.2f} kn"
+            text = f"has lost more than {rate:g} % of its oil a minute for {window:g} s, at {gross / KNOT:.2f} kn"
             self._tell_once("gross loss", True, text)
         self._take_back("first loss", first)
         self._take_back("gross loss", gross)
@@ -281,7 +283,7 @@ class BoomScore:
         return {
             "retained_share": report.retained / taken_in if taken_in > 0.0 else None,
             "gap_ratio": report.gap_ratio,
-            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / knot,
+            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / KNOT,
             "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),
             "smallest_effective_draft_m": self._worst["effective_draft"],
             "first_loss_speed_kn": _knots(self._losses.first_loss),
@@ -295,4 +297,4 @@ class BoomScore:
 
 
 def _knots(speed: float | None) -> float | None:
-    return None if speed is None else speed / knot
+    return None if speed is None else speed / KNOT

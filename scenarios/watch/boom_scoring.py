@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.constants import knot
 
 from booms.balance import OilBalance, balance, lost_ids
 from coupling.rigid.rigid_body_world import RigidBodyWorld
+from oilsim.physical_constants import KNOT
 from oilsim.solver import Fluid
 from recordings.words import course_in_words, levers_in_words
 from scenarios.scenario import Scenario
@@ -169,7 +169,7 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
             yield start, f"{' and '.join(names)}: hold your places"
         else:
             course = course_in_words(heading, bearing)
-            yield start, f"{' and '.join(names)}: make {speed / knot:.2f} kn over the ground, heading {course}"
+            yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, heading {course}"
 
 
 def _of_boom(key: str, boom: str) -> str:

@@ -20,7 +20,6 @@ from recordings.frame import (
 from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.moorings import tie_name
-from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
@@ -71,7 +70,7 @@ class FrameReader:
         return Frame(
             index=point.index,
             time=point.time,
-            bodies=lambda: {solid.name: self._body(solid) for solid in self._simulators.solids},
+            bodies=self._bodies,
             scalars=scalars,
             read_phases=lambda: self._phases(point.time),
             read_lost=accounts.scoring.lost_ids,
@@ -148,19 +147,18 @@ class FrameReader:
             frames[oil] = phase_of(slick, level, time)
         return frames
 
-    def _body(self, solid: Solid) -> BodyFrame:
-        world = self._simulators.world
+    def _bodies(self) -> Mapping[str, BodyFrame]:
+        simulators = self._simulators
+        world, solids = simulators.world, simulators.solids
         if world is None:
-            return BodyFrame(position=solid.placed.position, orientation=solid.placed.orientation)
-        pose, twist = world.pose(solid.name), world.twist(solid.name)
-        return BodyFrame(
-            position=pose[:3],
-            orientation=pose[3:],
-            linear_velocity=twist[:3],
-            angular_velocity=twist[3:],
-            wrench=self._simulators.wrench(solid.name),
-            tension=max((world.tension(joint) for joint in self._pulls.get(solid.name, ())), default=math.nan),
-        )
+            return {
+                one.name: BodyFrame(position=one.placed.position, orientation=one.placed.orientation) for one in solids
+            }
+        names = [solid.name for solid in solids]
+        wrenches = np.array([simulators.wrench(name) for name in names]).reshape(-1, 6)
+        motions = np.hstack([world.poses(names), world.twists(names), wrenches])
+        pulls = (max(map(world.tension, self._pulls.get(name, ())), default=math.nan) for name in names)
+        return {name: BodyFrame.of(*one) for name, *one in zip(names, motions, pulls, strict=True)}
 
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:
         world = self._simulators.world

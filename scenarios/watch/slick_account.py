@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from booms.boom_state import signed_distance
 from booms.containment import ContainmentReport
+from oilsim.slick.loss_cause import CAUSES
 from recordings.frame import PhaseFrame
 
 if TYPE_CHECKING:
@@ -19,8 +20,7 @@ if TYPE_CHECKING:
 
 def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) -> ContainmentReport:
     """Return a boom's report with the oil [m3] held and lost as parcels, all of it modelled, and removed by skimmers."""
-    prefix = f"{boom}.passed."
-    lost = {name.removeprefix(prefix): float(slick.get(name)) for name in slick.variables if name.startswith(prefix)}
+    lost = {cause: float(slick.get(f"{boom}.passed.{cause}")) for cause in CAUSES}
     lost = {cause: volume for cause, volume in lost.items() if volume > 0.0}
     held, free = float(slick.get(f"{boom}.held")), float(slick.get("afloat"))
     return replace(

@@ -82,6 +82,7 @@ def foreign_page(one: Console, random: Random) -> str:
         f"https://{one.host}",
         f"http://127.0.0.1.evil.example:{port}",
         "http://127.0.0.1:1",
+        f"http://localhost:{port}",  # the 3-D view's
         f"http://{one.host}@evil.example",
     )
     try:

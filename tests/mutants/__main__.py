@@ -1,6 +1,6 @@
 """Put seeded faults into a copy of the code, one at a time, and say which of them no test notices.
 
-    python -m tests.mutants [--count 200] [--seed 0] [--only oilsim/sea]
+    python -m tests.mutants [--count 200] [--seed 0] [--only oilsim/sea] [--tests-only]
 
 A fault is noticed if a test of the file's room, or one that imports its module, fails, or if one of the recorded runs of `tests.regression`
 comes out otherwise. Tests stop at the first failure. numba does not see that a kernel inlined from another file has changed, so the copy's
@@ -38,6 +38,9 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=200, help="faults to draw")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
     parser.add_argument("--only", default="", help="draw from files whose path begins so")
+    parser.add_argument(
+        "--tests-only", action="store_true", help="leave out the recorded runs, which take most of the time"
+    )
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="oilsim-mutants-") as folder:
         copy = Path(folder) / "code"
@@ -46,7 +49,9 @@ def main() -> int:
         )
         os.chdir(copy)
         drawn = draw(chosen.count, chosen.seed, chosen.only)
-        survivors = [one for one in track(drawn, "faults", console=Console(stderr=True)) if not noticed(one)]
+        survivors = [
+            one for one in track(drawn, "faults", console=Console(stderr=True)) if not noticed(one, chosen.tests_only)
+        ]
     print(f"{len(drawn)} faults, {len(drawn) - len(survivors)} noticed")
     for one in survivors:
         print("  not noticed:", one)
@@ -60,13 +65,14 @@ def draw(count: int, seed: int, only: str) -> list[Mutant]:
     return random.Random(seed).sample(every, min(count, len(every)))
 
 
-def noticed(mutant: Mutant) -> bool:
-    """Run what should notice a fault, with the fault in place; leave the file as it was."""
+def noticed(mutant: Mutant, tests_only: bool) -> bool:
+    """Run what should notice a fault, with the fault in place, the recorded runs last; leave the file as it was."""
     before = mutant.file.read_text()
     try:
         mutant.file.write_text(mutant.apply())
         forget_kernels(mutant.file)
-        return not all(passes(command) for command in (tests_of(mutant.file), ["tests.regression"]) if command)
+        runs = [] if tests_only else ["tests.regression"]
+        return not all(passes(command) for command in (tests_of(mutant.file), runs) if command)
     finally:
         mutant.file.write_text(before)
         forget_kernels(mutant.file)

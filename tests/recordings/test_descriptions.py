@@ -118,3 +118,12 @@ def test_blocks_are_bounded_by_time_and_bytes(monkeypatch: pytest.MonkeyPatch) -
     assert _fill(monkeypatch, [0.2 * index for index in range(9)]) == [1, 4, 4]  # the fourth waits 0.6 s
     assert _fill(monkeypatch, [0.6 * index for index in range(4)]) == [1, 1, 1, 1]
     assert _fill(monkeypatch, fast[:5], count=400_000) == [1, 2, 2]  # 4.8 MB each
+
+
+def test_body_of_a_motion_has_its_parts():
+    motion = np.arange(19.0)
+    body = BodyFrame.of(motion, 3.0)
+    assert body.position.tolist() == [0, 1, 2] and body.wrench.tolist() == [13, 14, 15, 16, 17, 18]
+    assert body.motion is motion and body.tension == 3.0
+    with pytest.raises(ValueError, match="motion has shape"):
+        BodyFrame.of(motion[:-1], 3.0)

@@ -23,6 +23,7 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.loss_curve import loss_by_speed
+from scenarios.debrief.measures import over_by_segment
 from scenarios.debrief.page import write_debrief
 from scenarios.problems import ScenarioError
 from scenarios.schema.criteria import CriterionSettings
@@ -330,9 +331,19 @@ def test_the_page_needs_nothing_else_and_shows_all(recording: Path, history: Boo
     assert "26 A V², with A = 0.5 m of skirt ×" in page and "and V = 0.94 kn" in page
     assert "droplet entrainment" not in page and "by drainage" not in page
     assert "its skirt is 5 particles deep" in page
+    assert "Speed normal to each segment" in page
     log, instructors = page[page.index("<h2>Log</h2>") :].split("<details>")[:2]
     assert "leaks &lt;now&gt;" in log and "mean compression" not in log
     assert "leaks &lt;now&gt;" in instructors and "mean compression" in instructors
+
+
+def test_the_speed_against_each_segment_is_told_with_the_time_over_each_limit(history: BoomHistory) -> None:
+    speeds = history.held_speed[history.settled]
+    limits = (0.0, float(np.median(speeds)), 1e3)
+    highest, over = over_by_segment(history, limits)
+    assert highest == pytest.approx(speeds.max(axis=0))
+    assert over.mean(axis=0) == pytest.approx([100.0 * (speeds > limit).mean() for limit in limits])
+    assert (np.diff(over, axis=1) <= 0.0).all() and not over[:, 2].any()
 
 
 def test_loss_over_speed_tells_modelled_from_resolved_and_adds_up(tmp_path: Path) -> None:

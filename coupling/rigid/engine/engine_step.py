@@ -54,6 +54,11 @@ class EngineStep:
         self._client, self._state, self._gravity = client, state, gravity
         self.touched: set[int] = set()  # unique ids of bodies in contact since this was emptied
         self.is_behind = False  # its bodies have not followed steps without it
+        self._moved: tuple[Sequence[Body], FreeBodies] | None = None  # by the last step without it
+
+    def forget(self) -> None:
+        """Forget what is known of bodies, because bodies or joints were added or taken away."""
+        self._moved = None
 
     def step_without_engine(self, free: Sequence[Body], wrench: Array, sub_step: float) -> None:
         """Move `free` bodies, which touch nothing, by `wrench` (B, 6) [N, N m] as `step` would.
@@ -61,13 +66,10 @@ class EngineStep:
         The engine's bodies follow when it is needed again.
         """
         state = self._state
-        bodies = FreeBodies(
-            np.array([body.row for body in free]),
-            np.array([body.is_jointed for body in free]),
-            state.mass,
-            state.inertia,
-            state.own_inverse_inertia,
-        )
+        if self._moved is None or self._moved[0] is not free:
+            rows, jointed = np.array([body.row for body in free]), np.array([body.is_jointed for body in free])
+            self._moved = free, FreeBodies(rows, jointed, state.mass, state.inertia, state.own_inverse_inertia)
+        bodies = self._moved[1]
         step_without_contacts(bodies, state.pose, state.twist, wrench, self._gravity, sub_step)
         self.is_behind = True
         _refuse_runaways(free, state.twist[bodies.row], sub_step)

@@ -19,10 +19,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from coupling.rigid.moorings.catenary import Pull, distance_under, pull_of, tensions
 from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
-from coupling.rigid.rotations import applied, cross, rotation_matrices
+from coupling.rigid.rotations import places_of
+from oilsim.backend.wrenches import add_force_at
 
 Array = npt.NDArray[np.float64]
 
@@ -65,6 +67,7 @@ class MooringLeg:
         self.length = self.laid_length = self.ordered_length = float(self._table[:, 0].sum())
         self._place = np.array(self.anchor.place, dtype=np.float64)
         self._pull = Pull(1.0, 1.0, 0.0, 0.0, 0.0)
+        self._asked: tuple[Pull, Array] = self._pull, np.zeros(2)
 
     @property
     def rows(self) -> tuple[int, int]:
@@ -96,48 +99,44 @@ class MooringLeg:
         """Length [m], weight [N/m] and stiffness [N] of each part (P, 3) now, from the upper end down."""
         return self._table.copy()
 
-    def pull(self, pose: Array, twist: Array, payout_rate: float, *, settle: bool) -> tuple[float, Array]:
+    def pull(self, pose: Array, twist: Array, payout_rate: float) -> tuple[float, Array]:
         """Return the tension [N] at the upper end and the wrenches (2, 6) [N, N m] on body and world.
 
-        pose (B, 7), twist (B, 6), payout_rate [m/s]. With `settle` the anchor drags, and the leg parts, if it must; else it is only asked.
+        pose (B, 7), twist (B, 6), payout_rate [m/s].
         """
-        wrenches = np.zeros((2, 6))
         if self.parted:
-            return 0.0, wrenches
-        end, arm = self._upper_end(pose)
-        span = self._place[:2] - end[:2]
-        distance, height = float(np.hypot(*span)), max(0.0, float(end[2] - self._place[2]))
-        outward = np.array([*(span / distance), 0.0]) if distance > 0.0 else np.zeros(3)
+            return 0.0, np.zeros((2, 6))
+        span, arm = self._span(pose)
+        distance, height = math.hypot(span[0], span[1]), max(0.0, -span[2])
         pull, reach = self._held(distance, height)
-        if settle:
-            self._pull = pull
-            self._place[:2] -= outward[:2] * (distance - reach)
-            self.parted = self._breaks(pull)
-        speed = twist[self.row, :3] + cross(twist[None, self.row, 3:], arm[None])[0]
-        stretching = -float(outward @ speed) - payout_rate
-        damped = self.relaxation_time * pull.stiffness * stretching if reach == distance else 0.0
-        horizontal = max(0.0, pull.horizontal + damped)
-        force = np.array([*(horizontal * outward[:2]), -pull.vertical])
-        wrenches[0] = np.concatenate([force, cross(arm[None], force[None])[0]])
-        return math.hypot(horizontal, pull.vertical), wrenches
+        damping = self.relaxation_time * pull.stiffness if reach == distance else 0.0
+        wrenches = np.zeros((2, 6))
+        terms = (pull.horizontal, pull.vertical, damping, float(payout_rate))
+        tension = _add_pull(terms, span, arm, twist[self.row], wrenches[0])
+        self._asked = pull, span[:2] * ((distance - reach) / distance if reach < distance else 0.0)
+        return tension, wrenches
+
+    def settle(self) -> None:
+        """Let the anchor drag, and the leg part, as what it pulled when it was asked last demands."""
+        if not self.parted:
+            self._pull, dragged = self._asked
+            self._place[:2] -= dragged
+            self.parted = self._breaks(self._pull)
 
     def stretching(self, pose: Array) -> Array:
         """Return the row (1, B, 6) [-] with which twists of the bodies lengthen the leg, dl/dt = sum of row times twist."""
-        end, arm = self._upper_end(pose)
-        chord = end - self._place
-        along = chord / max(float(np.linalg.norm(chord)), 1e-12)
         total = np.zeros((1, len(pose), 6))
         if not self.parted:
-            total[0, self.row] = np.concatenate([along, cross(arm[None], along[None])[0]])
+            span, arm = self._span(pose)
+            add_force_at(total[0, self.row], arm, -span / max(float(np.linalg.norm(span)), 1e-12))
         return total
 
     def spring(self, pose: Array) -> float:
         """Return a stiffness [N/m] that the leg does not pass soon: that of a leg `AHEAD` longer; pose (B, 7)."""
         if self.parted:
             return 0.0
-        end, _ = self._upper_end(pose)
-        distance = float(np.hypot(*(self._place[:2] - end[:2])))
-        return pull_of(self._table, distance + AHEAD, max(0.0, float(end[2] - self._place[2])), (1.0, 1.0)).stiffest
+        span, _ = self._span(pose)
+        return self._pull_of(math.hypot(span[0], span[1]) + AHEAD, max(0.0, -span[2])).stiffest
 
     def pay_out(self, length: float) -> None:
         """Take the unstretched length [m]; what changes is the uppermost part. ValueError for a length that the other parts exceed."""
@@ -161,14 +160,19 @@ class MooringLeg:
         self.parted, self._pull = bool(state["parted"]), Pull(*state["pull"])
         self._place = np.array(state["place"], dtype=np.float64)
 
-    def _upper_end(self, pose: Array) -> tuple[Array, Array]:
-        """Return the place (3,) [m] of the upper end, and its arm (3,) [m] from the centre of mass."""
-        arm = applied(rotation_matrices(pose[[self.row], 3:]), self.point[None])[0]
-        return pose[self.row, :3] + arm, arm
+    def _span(self, pose: Array) -> tuple[Array, Array]:
+        """Return the way (3,) [m] from the upper end to the anchor, and the arm (3,) [m] of that end from the centre of mass."""
+        places, arms = places_of(self.rows, np.stack([self.point, self._place]), pose)
+        return places[1] - places[0], arms[0]
+
+    def _pull_of(self, distance: float, height: float) -> Pull:
+        """Return the pull at a distance and height [m] from the anchor, sought from where the last advance ended."""
+        guess = (max(1.0, self._pull.horizontal), max(1.0, self._pull.vertical))
+        return pull_of(self._table, distance, float(height), guess)
 
     def _held(self, distance: float, height: float) -> tuple[Pull, float]:
         """Return the pull, and the distance [m] from the anchor at which it holds it: the present one, or a shorter one if it drags."""
-        pull = pull_of(self._table, distance, height, (1.0, 1.0))
+        pull = self._pull_of(distance, height)
         if pull.horizontal <= self.anchor.power(pull.horizontal, pull.at_anchor):
             return pull, distance
         low, high = 0.0, pull.horizontal
@@ -183,3 +187,24 @@ class MooringLeg:
         """Return whether a part is pulled beyond its breaking load."""
         limits = [part.breaking_load for part in self.parts]
         return bool((tensions(self._table, pull.horizontal, pull.vertical) > limits).any())
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_pull(terms: tuple[float, float, float, float], span: Array, arm: Array, twist: Array, wrench: Array) -> float:
+    """Add the pull of a leg to the `wrench` (6,) [N, N m] on its body; return the tension [N] at the upper end.
+
+    terms: horizontal and vertical pull [N], damping of the first [N s/m], payout rate [m/s]; span: way (3,) [m] to the anchor; arm (3,)
+    [m] of the upper end; twist (6,) [m/s, rad/s].
+    """
+    horizontal, vertical, damping, payout_rate = terms
+    distance = np.sqrt(span[0] * span[0] + span[1] * span[1])
+    force = np.zeros(3)
+    force[2] = -vertical
+    if distance > 0.0:
+        x, y = span[0] / distance, span[1] / distance
+        ahead = x * (twist[0] + twist[4] * arm[2] - twist[5] * arm[1])
+        ahead += y * (twist[1] + twist[5] * arm[0] - twist[3] * arm[2])
+        horizontal = max(0.0, horizontal - damping * (ahead + payout_rate))
+        force[0], force[1] = horizontal * x, horizontal * y
+    add_force_at(wrench, arm, force)
+    return np.sqrt(horizontal * horizontal + vertical * vertical)

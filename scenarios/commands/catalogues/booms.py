@@ -6,8 +6,7 @@ import argparse
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from scipy.constants import pound_force
-
+from oilsim.physical_constants import POUND_FORCE
 from scenarios.exit_codes import DONE
 
 if TYPE_CHECKING:
@@ -63,7 +62,7 @@ def _card(entry: CatalogueBoom) -> Table:
         "connector": entry.connector,
         "strength": ""
         if entry.strength is None
-        else f"{entry.strength / 1e3:.3g} kN ({entry.strength / pound_force:,.0f} lb)",
+        else f"{entry.strength / 1e3:.3g} kN ({entry.strength / POUND_FORCE:,.0f} lb)",
         "connector_strength": "" if entry.connector_strength is None else f"{entry.connector_strength / 1e3:.3g} kN",
         "maximum_speed_kn": "" if entry.maximum_speed_kn is None else f"{entry.maximum_speed_kn:g} kn across the boom",
     }

@@ -21,7 +21,7 @@ export class Debriefs {
     for (const page of this.pages) {
       bar.append(element("a", { href: page.address, download: `${page.name}-debrief.html`, textContent: `Save ${page.name} as one HTML file` }));
       const frame = element("iframe", { title: `Debrief of ${page.name}`, src: page.address });
-      const print = element("button", { textContent: "Print or save as PDF", ariaLabel: `Print ${page.name} or save it as PDF` });
+      const print = element("button", { textContent: "Print or save as PDF", ariaLabel: `Print or save as PDF: ${page.name}` });
       print.addEventListener("click", () => frame.contentWindow.print());
       bar.append(print);
       pages.append(element("figure", {}, element("figcaption", { textContent: page.name }), frame));

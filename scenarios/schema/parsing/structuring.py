@@ -19,14 +19,14 @@ from cattrs.errors import (
     IterableValidationNote,
 )
 from cattrs.gen import make_dict_structure_fn, override
-from scipy.constants import degree, knot
 
+from oilsim.physical_constants import DEGREE, KNOT
 from oilsim.quantity import Quantity, quantities
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
 
-SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", knot), "_deg": ("rad", degree)}
+SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", KNOT), "_deg": ("rad", DEGREE)}
 COMPASS: Mapping[str, str] = {"heading_compass": "heading", "from_compass": "direction", "toward_compass": "direction"}
 """Keys of compass courses, and the fields that they give; `scenarios.schema.parsing.compass` converts them."""
 

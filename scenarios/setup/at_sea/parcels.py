@@ -221,5 +221,5 @@ def _boom_bodies(name: str, layout: BoomLayout, *, seals: bool) -> BoomBodies:
 
 
 def _boom(name: str, layout: BoomLayout, bodies: BoomBodies) -> Boom:
-    poses = {one.name: np.concatenate([one.position, one.orientation]) for one in layout.segments}
+    poses = np.array([np.concatenate([one.position, one.orientation]) for one in layout.segments])
     return Boom(name=name, nodes=bodies.nodes(poses), draft=layout.boom.skirt_depth)

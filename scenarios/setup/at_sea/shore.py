@@ -14,6 +14,8 @@ from scenarios.setup.placed_solids import HELD_DENSITY, Solid
 
 # [m] thickness of the ground in pictures
 THICKNESS = 0.5
+# times that its sides are halved; numerical; a picture leaves out triangles that reach behind the camera
+HALVINGS = 4
 # red, green, blue, opacity of sand in pictures
 SAND = (196, 178, 138, 255)
 
@@ -22,6 +24,8 @@ def shore_solid(beach: Beach, depth: float) -> Solid:
     """Return the ground as pictures show it: from the sea's floor, `depth` [m] under the waterline, as far up as down."""
     run = 2.0 * depth * np.hypot(1.0, 1.0 / beach.slope)
     mesh = trimesh.creation.box((run, beach.width, THICKNESS))
+    for _ in range(HALVINGS):
+        mesh = mesh.subdivide()
     turn = Rotation.from_euler("z", beach.seaward) * Rotation.from_euler("y", np.arctan(beach.slope))
     placed = PlacedBody(
         name=GROUND,

@@ -158,9 +158,12 @@ def test_boom_with_another_number_of_bodies_is_refused():
 
 def test_a_leaning_boom_in_a_sea_tells_lean_draft_and_freeboard_from_the_local_surface():
     class Swell:
-        """A surface 0.1 m above its still level of 0.2 m."""
+        """A surface 0.1 m above its still level of 0.2 m, without a tide."""
 
         level = 0.2
+
+        def rise(self, time):
+            return 0.0
 
         def elevation(self, xy, time):
             return np.full(len(xy), 0.3)

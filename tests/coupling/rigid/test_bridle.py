@@ -56,7 +56,7 @@ def test_the_leg_of_the_nearer_point_is_slack_and_the_other_one_pulls_alone() ->
 @pytest.mark.parametrize("far", [(4.3, 0.2, 0.1), (4.0, 1.6, 0.9), (2.0, -3.0, 3.0), (0.0, 0.0, 5.0)])
 def test_virtual_work_and_moments_balance(far: tuple[float, float, float]) -> None:
     line, pose = bridle(far, (1.2, 1.4)), turned((0.1, -0.05, 0.2), (0.02, -0.03, 0.01))
-    tension, wrenches = line.pull(pose, np.zeros((1, 6)), 0.0, settle=False)
+    tension, wrenches = line.pull(pose, np.zeros((1, 6)), 0.0)
     assert tension > 0.0
     at_body, at_far = wrenches[1] + wrenches[2], wrenches[0]
     np.testing.assert_allclose(at_body[:3], -at_far[:3], atol=1e-7)
@@ -71,9 +71,7 @@ def test_virtual_work_and_moments_balance(far: tuple[float, float, float]) -> No
 def test_damping_takes_energy_and_keeps_the_junction_in_balance() -> None:
     twist = np.array([[0.3, -0.2, 0.1, 0.4, 0.5, -0.3]])
     for way in (1.0, -1.0):
-        loose, stiff = (
-            bridle((4.6, 0.3, 0.2), tau=tau).pull(AT_REST, way * twist, 0.0, settle=False) for tau in (0.0, 0.05)
-        )
+        loose, stiff = (bridle((4.6, 0.3, 0.2), tau=tau).pull(AT_REST, way * twist, 0.0) for tau in (0.0, 0.05))
         powers = [float(((found[1][1] + found[1][2]) * way * twist[0]).sum()) for found in (loose, stiff)]
         assert powers[1] < powers[0]
         np.testing.assert_allclose(stiff[1].sum(axis=0)[:3], 0.0, atol=1e-6)
@@ -86,7 +84,8 @@ def test_a_broken_leg_leaves_the_load_to_the_other() -> None:
     pull, upper, lower = line.pulls(AT_REST)
     assert upper == 0.0
     assert pull == pytest.approx(lower, rel=1e-9)
-    line.pull(AT_REST, np.zeros((1, 6)), 0.0, settle=True)
+    line.pull(AT_REST, np.zeros((1, 6)), 0.0)
+    line.settle()
     assert line.parted == (pull > line.breaking_load)
 
 

@@ -226,7 +226,7 @@ def _branches_and_debriefs(page: sync_api.Page) -> None:
     page.evaluate(
         "document.querySelector('#view-debrief iframe').contentWindow.print = () => { window.isPrinted = true; }"
     )
-    page.get_by_role("button", name="save it as PDF").click()
+    page.get_by_role("button", name="Print or save as PDF").click()
     assert page.evaluate("window.isPrinted")
     page.locator("#what-if-less").fill("0.1")
     page.get_by_role("button", name="Try").click()

@@ -1,0 +1,1 @@
+"""The figures and conclusions of Qiu et al. 2021, drawn and measured again: `make paper`."""
