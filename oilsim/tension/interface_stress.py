@@ -105,7 +105,10 @@ def fill_stress(begin, end, hood, plane, smoothed, stress):
 
 @inlined
 def set_stress(i, gx, gy, gz, moment, plane, stress):
-    """Set T_i of `fill_stress` from the sum (gx, gy, gz) [Pa] and the fluid's moment [1]; 0 where neighbours do not span space."""
+    """Set row i of stress (N, 8) [Pa], as `fill_stress` has it, from the sum (gx, gy, gz) [Pa] and the fluid's moment [1].
+
+    It is 0 where neighbours do not span space.
+    """
     if not determinant(moment) > REGULAR:
         for n in range(8):
             stress[i, n] = ZERO
