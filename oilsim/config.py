@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-from oilsim.phases import EXPLICIT_UP_TO, Phase
+from oilsim.phases import EXPLICIT_UP_TO, Phase, capillary_inertia
 from oilsim.physical_constants import GRAVITY
 from oilsim.quantity import is_number, quantities, quantity
 
@@ -196,12 +196,27 @@ class FluidConfig:
                 f"lower and upper reach {furthest} m from the origin, allowed: {FURTHEST} particle spacings; "
                 "beyond that 32 bits tell places of particles apart too coarsely"
             )
+        yield from self._at_odds_with_tension()
         thickest = max((phase.dynamic_viscosity / phase.rest_density for phase in self.phases), default=0.0)
         spread, square = self.viscosity_correction * thickest * self.longest_time_step, self.particle_spacing**2
         if self.explicit_viscosity and spread > EXPLICIT_UP_TO * square > 0.0:
             yield (
                 f"explicit_viscosity is True with a viscous number nu maximum_time_step / particle_spacing^2 of {spread / square:.3g}, "
                 f"allowed: up to {EXPLICIT_UP_TO}, beyond which it swings ever wider"
+            )
+
+    def _at_odds_with_tension(self) -> Iterator[str]:
+        """Say what does not go together with interfacial tension."""
+        if self.capillary_time == math.inf:
+            return
+        if self.scheme == "paper":
+            yield "scheme is 'paper' with an interfacial_tension, allowed: 'split'"
+        if self.sleep_speed > 0.0:
+            yield f"sleep_speed is {self.sleep_speed:g} m/s with an interfacial_tension, allowed: 0"
+        if self.minimum_time_step > self.capillary_time_step:
+            yield (
+                f"minimum_time_step is {self.minimum_time_step:g} s, allowed: up to {self.capillary_time_step:.3g} s with this "
+                "interfacial_tension and particle_spacing"
             )
 
     @property
@@ -220,6 +235,16 @@ class FluidConfig:
         from oilsim.neighborhood.smoothing_kernels import SUPPORT  # here: a fluid is described without compiled code
 
         return SUPPORT * self.particle_spacing
+
+    @property
+    def capillary_time(self) -> float:
+        """Time [s] in which the shortest ripples move, sqrt((rho_1 + rho_2) d^3 / sigma); infinite without interfacial tension."""
+        return math.sqrt(capillary_inertia(self.phases) * self.particle_spacing**3)
+
+    @property
+    def capillary_time_step(self) -> float:
+        """Longest time step [s] that tensions allow, sqrt((rho_1 + rho_2) d^3 / (4 pi sigma)) (Brackbill et al. 1992)."""
+        return self.capillary_time / math.sqrt(4.0 * math.pi)
 
     def phase_index(self, name: str) -> int:
         """Return the index of the phase called `name`; ValueError names the phases there are."""

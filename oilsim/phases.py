@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from oilsim.quantity import quantity, require
@@ -17,12 +20,27 @@ class Phase:
     rest_density       [kg/m3]  density at rest
     dynamic_viscosity  [Pa s]   Newtonian viscosity; 0 is an inviscid liquid
     adhesion           [J/m2]   work of adhesion to walls and bodies, the work that separates one square metre of contact
+    interfacial_tension  [N/m]  with liquids that have none, as of an oil with water; two liquids have the difference of theirs
     """
 
     name: str
     rest_density: float = quantity("kg/m3", above=0.0)
     dynamic_viscosity: float = quantity("Pa s", default=0.0, at_least=0.0)
     adhesion: float = quantity("J/m2", default=0.0, at_least=0.0)
+    interfacial_tension: float = quantity("N/m", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:
         require(f"phase {self.name!r}", Phase, vars(self))
+
+
+def capillary_inertia(phases: Iterable[Phase]) -> float:
+    """Return the least (rho_1 + rho_2) / sigma [kg/(m3 N/m)] of all interfaces; infinite where none has a tension.
+
+    It sets the speed of capillary waves, omega^2 = sigma k^3 / (rho_1 + rho_2) (Lamb 1932, art. 266).
+    """
+    pairs = itertools.combinations(phases, 2)
+    tensions = [
+        (one.rest_density + other.rest_density, abs(one.interfacial_tension - other.interfacial_tension))
+        for one, other in pairs
+    ]
+    return min((inertia / tension for inertia, tension in tensions if tension > 0.0), default=math.inf)

@@ -267,7 +267,7 @@ class Fluid(FluidView):
         if self._relative_speed is not None:
             wanted = relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
         stable = stable_time_step(config.particle_spacing, config.dimension, pressure_head(self.tools, self.state))
-        return max(config.minimum_time_step, min(wanted, stable))
+        return max(config.minimum_time_step, min(wanted, stable, config.capillary_time_step))
 
     def _keeps_step(self) -> bool:
         """Tell whether steps must end where advances do: bodies take part in them, or the liquid's deformation is not known yet."""

@@ -176,6 +176,8 @@ def _sea_decides(fluid: FluidSettings) -> Iterator[Problem]:
     """Yield settings of [fluid] that a window cannot have."""
     if fluid.scheme != "split":
         yield Problem("fluid.scheme", f'is {fluid.scheme!r}, allowed in a window: "split"')
+    if fluid.interfacial_tension:
+        yield Problem("fluid.interfacial_tension", "is true, allowed in a window: false")
     if any(fluid.gravity[:2]) or fluid.gravity[2] >= 0.0:
         yield Problem("fluid.gravity", f"is {fluid.gravity}, allowed in a window: straight down, as that of the sea")
 

@@ -6,7 +6,7 @@ drainage             the skirt is 16 spacings deep or more: then suction round t
 critical accumulation  as drainage
 splash-over, submergence  the overflow is two spacings deep or more, at each instant
 
-The fluid has no interfacial tension yet, so entrainment is never resolved today, however fine the particles are.
+Without `tension_acts` entrainment is never resolved, however fine the particles are.
 """
 
 from __future__ import annotations

@@ -36,8 +36,8 @@ Double = NDArray[np.float64]
 MOVES = {"flight": "gravity", "wrap": "periodic"}
 EXCHANGES = {"emitters": "emitters", "outflow": "outflow", "swaps": "swaps"}
 KICKS = {
-    "gravity": "gravity", "density": "positions", "forcing": "forcing", "adhesion": "adhesion", "viscosity": "viscosity",
-    "divergence": "pressure", "contact": "contact", "rotation": "rotation", "sleep": "sleep",
+    "gravity": "gravity", "density": "positions", "forcing": "forcing", "adhesion": "adhesion", "tension": "tension",
+    "viscosity": "viscosity", "divergence": "pressure", "contact": "contact", "rotation": "rotation", "sleep": "sleep",
 }  # fmt: skip
 STAGES = MOVES | EXCHANGES | KICKS
 

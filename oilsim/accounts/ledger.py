@@ -9,6 +9,7 @@ positions  position corrections; in the paper's scheme also the velocities that 
 filter     velocity filter, and the flow's velocity where position corrections put particles: numerical
 forcing    currents, waves, wind
 adhesion   attraction of walls
+tension    pull of interfaces: minus the change of their energy, sigma times area
 viscosity  minus the dissipation, plus the work of moving no-slip walls on the liquid
 pressure   the projection: minus its dissipation and minus the work on moving bodies
 contact    of single particles with walls
@@ -37,10 +38,11 @@ from oilsim.accounts.diagnostics import Energy
 Double = NDArray[np.float64]
 
 CAUSES = (
-    "emitters", "gravity", "periodic", "positions", "filter", "forcing", "adhesion", "viscosity", "pressure", "contact",
-    "rotation", "sleep", "outflow", "swaps",
+    "emitters", "gravity", "periodic", "positions", "filter", "forcing", "adhesion", "tension", "viscosity", "pressure",
+    "contact", "rotation", "sleep", "outflow", "swaps",
 )  # fmt: skip
-TOUCHING = ("adhesion", "viscosity", "pressure", "contact")  # causes by which walls and bodies act on the liquid
+# causes by which walls and bodies act on the liquid
+TOUCHING = ("adhesion", "tension", "viscosity", "pressure", "contact")
 
 
 def _nothing() -> Double:

@@ -11,6 +11,9 @@ mass and time. A filter with the rate 1 / tau holds the noise at e tau d^2 sum g
 gamma^2 of passing if tau is proportional to the unit, and so the same at any speed. Liquid that rests, moves or turns as one body does
 not count.
 
+Interfacial tension sets a time of its own, sqrt((rho_1 + rho_2) d^3 / sigma) (`FluidConfig.capillary_time`). Where that is shorter it is
+the unit: a drop at rest would else keep its noise for ever.
+
 A particle whose neighbours pass by more than the lambda of Eq. 30 (Qiu et al. 2021) in a step counts with gamma = lambda / dt. The step
 does not resolve such outliers (`time_step`), and a single torn off drop would shorten the unit of all.
 """

@@ -16,7 +16,8 @@ Gropp 1996, 1.1). Products among a group cost its share of the particles.
 A body far lighter than water ties all particles around it together, and clamping some may then do more harm than the steps did good. The
 solver takes back a round that leaves the energy of the error greater than it found it, and begins the next round with a projected gradient
 step, cut to what reduces the error. Liquid that fills a closed box has no surface at which it could part: its pressure has no bound and no
-level there. Particles draw together under suction and keep apart under pressure, so the mean lies AMBIENT standard deviations above 0.
+level there. Particles draw together under suction and keep apart under pressure, so the mean lies AMBIENT standard deviations above 0, or
+as high as tensions ask for.
 """
 
 from __future__ import annotations
@@ -99,15 +100,15 @@ class BoundConstrainedSolver:
         pressures: Pressures,
         tolerance: float,
         iterations: int,
-        closed: bool,
+        level: float | None,
         watched: Sequence[Index] = (),
         count: int | None = None,
     ) -> tuple[int, float]:
         """Refine kappa (N,) [m2/s] in place until the mean residual is `tolerance` [1/s]; return the products used and that mean [1/s].
 
-        pressures      `Pressures`, (N,) each; kappa is nowhere negative unless `closed`, and gradient moves with it
+        pressures      `Pressures`, (N,) each; kappa is nowhere negative where `level` is None, and gradient moves with it
         iterations     products at most; a few more may be needed to end with a valid pressure
-        closed         whether the liquid fills a box, so that its pressure has no bound
+        level          least mean kappa [m2/s] of liquid that fills a box, whose pressure has no bound; None of other liquid
         watched        groups of particles whose own means must meet the tolerance too; products among a group count by its share
         count          number of particles to solve for, the first ones, all by default; kappa of the others stays, their gradient is 0
         """
@@ -115,6 +116,7 @@ class BoundConstrainedSolver:
         count = kappa.size if count is None else count
         if count == 0:
             return 0, 0.0
+        closed = level is not None
         self._begin(system, pressures, tolerance, closed, count)
         system.centre(gradient)
         used, residual = self._solve_all(0 if closed else LEAST, iterations)
@@ -126,16 +128,16 @@ class BoundConstrainedSolver:
                 used += self._solve_group(group, tolerance, iterations - used)
             more, residual = self._solve_all(0, iterations - used)
             used += more
-        if closed:
-            self._level()
+        if level is not None:
+            self._lift_to(level)
         else:
             np.maximum(kappa, 0.0, out=kappa)
         return used, residual / count
 
-    def _level(self) -> None:
-        """Bring kappa to its mean level, which nothing determines in a filled box."""
-        level = self._kappa.mean(dtype=np.float64) - AMBIENT * self._kappa.std(dtype=np.float64)
-        self._become(self._kappa - np.float32(level))
+    def _lift_to(self, level: float) -> None:
+        """Bring the mean of kappa, which nothing determines in a filled box, to at least `level` [m2/s]."""
+        mean = max(AMBIENT * self._kappa.std(dtype=np.float64), level)
+        self._become(self._kappa + np.float32(mean - self._kappa.mean(dtype=np.float64)))
 
     def _solve_all(self, least: int, most: int) -> tuple[int, float]:
         """Refine kappa until the residual is within the limit; return products and the residual. kappa may be left negative in places."""

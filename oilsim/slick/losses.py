@@ -17,7 +17,7 @@ from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import beside, resting_sweep
 from oilsim.slick.loss_cause import LossCause, Pools
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, sums
-from oilsim.slick.pools import pool_of
+from oilsim.slick.pooling.pools import pool_of
 
 Array = NDArray[np.float64]
 

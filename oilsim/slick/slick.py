@@ -20,7 +20,7 @@ from oilsim.slick.losses import Losses
 from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
-from oilsim.slick.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
+from oilsim.slick.pooling.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
 from oilsim.slick.recovery import oil_within, recover
 from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.stranding import carry_stranded, strand

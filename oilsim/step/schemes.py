@@ -11,6 +11,7 @@
     press_films            liquid too thin for particles presses on bodies                      `stages.films`
     apply_forcings         currents, waves, wind                                                `stages.forcing`
     apply_adhesion         liquid is drawn to walls                                             `stages.adhesion`
+    apply_tension          interfaces pull along themselves                                    `stages.tension`
     apply_last_pressure    v -= u of the last step's pressure, bodies answering                 `stages.pressure`
     apply_viscosity        implicitly, or explicitly where it is mild                           `stages.viscosity`
     project_velocity       bounded solve for the change of pressure, bodies answering           `stages.pressure`
@@ -37,6 +38,7 @@ from oilsim.step.stages.pressure import apply_last_pressure, project_velocity
 from oilsim.step.stages.relaxation import relax_positions
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.sleep import part_sleepers
+from oilsim.step.stages.tension import apply_tension
 from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_result import StepResult
@@ -62,6 +64,7 @@ def split_step(
     drive(time_step)
     with correction.watch():
         apply_adhesion(tools, arrays, state, time_step)
+        apply_tension(tools, arrays, state, time_step)
         operator = apply_last_pressure(tools, arrays, state, time_step)
         viscosity_iterations = apply_viscosity(tools, arrays, state, viscous_step)
         divergence_iterations, divergence_error = project_velocity(tools, arrays, state, solver, operator)

@@ -30,6 +30,7 @@ from oilsim.pressure.pressure_gradient import PressureConstants
 from oilsim.step.sleeping_regions import SleepingRegions
 from oilsim.step.step_arrays import Needs, StepArrays
 from oilsim.step.verlet_lists import VerletLists
+from oilsim.tension.interface_stress import least_pressure
 from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 Real = NDArray[np.float32]
@@ -54,6 +55,8 @@ class StepConstants:
     weights                    rho_ref / rho_0 of the phases [1]
     pair_viscosity             between phases (P, P) [Pa s]
     adhesion                   of the phases, as `adhesion_acceleration` takes it; None where none sticks
+    tensions                   of the phases (P,) [N/m]; None where none has any
+    least_pressure             mean pressure [Pa] at least of liquid that fills a box
     touching_wall, nearest_wall  coverage of the kernel at a wall's surface, and where a drop's contact begins [1]
     wall_coverages             that at even distances from a wall (see `wall_contact`)
     drop                       share of its kernel up to which liquid makes a drop [1]
@@ -84,6 +87,9 @@ class StepConstants:
         scale = adhesion_scale(dimension) / d**dimension
         strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
         self.adhesion = np.array(strength, np.float32) if any(strength) else None
+        tensions = [phase.interfacial_tension for phase in config.phases]
+        self.tensions = np.array(tensions, np.float32) if any(tensions) else None
+        self.least_pressure = least_pressure(max(tensions), d)
         self.touching_wall = np.float32(wall_coverage(0.0, dimension))
         self.nearest_wall = np.float32(wall_coverage(float(NEAREST), dimension))
         self.wall_coverages: Real = np.array(
@@ -121,7 +127,8 @@ class StepTools:
         self.walls = Walls(search, config.lower, period)
         self.regions = SleepingRegions(config, team) if config.sleep_speed > 0.0 else None
         self.coarse = CoarsePressure(config, team)
-        self.time_unit = LONGEST if constants.weightless else froude_unit(config.particle_spacing, config.gravity)
+        unit = LONGEST if constants.weightless else froude_unit(config.particle_spacing, config.gravity)
+        self.time_unit = min(unit, config.capillary_time)
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.budget: Budget | None = None
 

@@ -20,6 +20,8 @@ However calm, particles swing about their places under the pressure that presses
 with the p / rho below which all but OUTLIERS of the particles lie. Beyond this limit particles in calm water jump about, and the pressure
 solve needs more iterations: a pool of ten layers costs twice as much a second at twice this step.
 
+Interfacial tension bounds the step by the shortest ripples (`FluidConfig.capillary_time_step`).
+
 Bodies take part in a fluid's steps, so with moving bodies a whole number of equal steps fills each advance. Without moving bodies nothing
 has to happen at its end: a step goes on into the next advance, and particles are seen on their flight. Otherwise the 30 frames a second of
 `calm-spread` would cause a fifth of all its steps.

@@ -41,6 +41,8 @@ class FluidSettings(Section):
     relaxation            omega of the paper's Eq. 23
     tolerances            mean relative compression, mean compression per step, relative residual
     cfl                   largest motion of a particle in one sub-step, in spacings
+    interfacial_tension   whether interfaces between oils and water pull, with the tension of each oil; it shortens steps to
+                          sqrt((rho_o + rho_w) d^3 / (4 pi sigma)), and matters where ripples of a few spacings do
     sleep_speed           [m/s] regions that move more slowly fall asleep until something disturbs them; 0: none does
     """
 
@@ -60,11 +62,16 @@ class FluidSettings(Section):
     minimum_time_step: float = quantity_of(FluidConfig, "minimum_time_step")
     maximum_time_step: float | None = quantity_of(FluidConfig, "maximum_time_step")
     cfl: float = quantity_of(FluidConfig, "cfl")
+    interfacial_tension: bool = False
     sleep_speed: float = quantity_of(FluidConfig, "sleep_speed")
 
     def problems(self) -> Iterator[Problem]:
         """Find settings that do not go together."""
         yield from (Problem(key, text) for key, text in contradictions(self))
+        if self.interfacial_tension and self.scheme == "paper":
+            yield Problem("interfacial_tension", "is true, allowed: only with the scheme 'split'")
+        if self.interfacial_tension and self.sleep_speed > 0.0:
+            yield Problem("interfacial_tension", "is true, allowed: only with a sleep_speed of 0")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +87,7 @@ class PhaseSettings(Section):
     dynamic_viscosity  [Pa s]
     adhesion           [J/m2] work of adhesion to walls and bodies; with 0 the liquid does not stick
     interfacial_tension  [N/m] of an oil on water, by which booms lose droplets; without it, a named oil has that of the library, if it was
-                       measured, else 0.020 is assumed, and the run says so. It does not act between particles
+                       measured, else 0.020 is assumed, and the run says so. Between particles it acts with `fluid.interfacial_tension`
     role               how the scores count it; the default is oil if it is a named oil or lighter than 990 kg/m3
     color              red, green, blue, opacity, each 0 to 255
     """

@@ -27,7 +27,11 @@ def closure_losses(scenario: Scenario, boom: str, layout: BoomLayout) -> Closure
         LostBoom(
             closures=Closures(
                 skirt_depth=settings.skirt_depth,
-                resolution=Resolution(spacing=spacing, skirt_depth=settings.skirt_depth),
+                resolution=Resolution(
+                    spacing=spacing,
+                    skirt_depth=settings.skirt_depth,
+                    tension_acts=scenario.fluid.interfacial_tension,
+                ),
             ),
             oils=oils_of(scenario),
             waters=[name for name, phase in scenario.phases.items() if not phase.is_oil],
@@ -62,11 +66,11 @@ def tension_of(phase: PhaseSettings) -> float:
 
 
 def assumed_tensions(scenario: Scenario) -> list[str]:
-    """Say which interfacial tension the closures of a scenario's booms assume, for each oil that has none."""
-    if not any(has_closures(scenario, name) for name in scenario.booms):
+    """Say which interfacial tension is assumed for each oil that has none, where booms' closures or particles go by it."""
+    if not scenario.fluid.interfacial_tension and not any(has_closures(scenario, name) for name in scenario.booms):
         return []
     return [
-        f"the interfacial tension of {name!r} is not given: {tension_of(phase):g} N/m is assumed for its losses"
+        f"the interfacial tension of {name!r} is not given: {tension_of(phase):g} N/m is assumed"
         for name, phase in scenario.phases.items()
         if phase.is_oil and phase.tension is None
     ]

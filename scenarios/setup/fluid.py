@@ -24,6 +24,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
+from scenarios.setup.boom_losses import tension_of
 from scenarios.setup.fill_lattice import starting_positions
 
 Array = NDArray[np.float64]
@@ -47,13 +48,14 @@ def fluid_config(scenario: Scenario) -> FluidConfig:
                 rest_density=phase.rest_density,
                 dynamic_viscosity=phase.viscosity,
                 adhesion=phase.adhesion,
+                interfacial_tension=tension_of(phase) if settings.interfacial_tension and phase.is_oil else 0.0,
             )
             for name, phase in scenario.phases.items()
         ),
         lower=(lower[0], lower[1], lower[2]),
         upper=(upper[0], upper[1], upper[2]),
         periodic=("x" in tank.periodic, "y" in tank.periodic, False),
-        **{item.name: getattr(settings, item.name) for item in fields(settings)},
+        **{item.name: getattr(settings, item.name) for item in fields(settings) if item.name != "interfacial_tension"},
     )
 
 

@@ -21,6 +21,7 @@ from tests.validation.liquids.hydrostatics import STILL_COLUMN
 from tests.validation.liquids.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
 from tests.validation.liquids.planar_slick import PLANAR_SLICK
 from tests.validation.liquids.spreading import OIL_SLICK, VISCOUS_CURRENT
+from tests.validation.liquids.tension import INTERFACE_SHEAR, INTERFACIAL_DROP, RISING_BUBBLE
 from tests.validation.liquids.thick_liquid import SETTLING_SPHERE, THICK_REST
 from tests.validation.liquids.two_layers import TWO_LAYERS
 from tests.validation.liquids.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
@@ -35,7 +36,7 @@ CASES: tuple[Case, ...] = tuple(
             STANDING_WAVE, DAM_FRONT, DAM_PRESSURE, INTERFACE_WAVE, RAYLEIGH_TAYLOR, LOCK_EXCHANGE, VISCOUS_CURRENT, OIL_SLICK,
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
             TOWED_CYLINDER, BOOM_FLUME, BOOM_LOSSES, BOOM_RAMP, BOOM_SLICE, BOOM_ROUNDING, HARBOUR_FLUME, BOOM_HELD_OUT, THICK_REST,
-            SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM, WINDOW_AGREEMENT,
+            SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM, WINDOW_AGREEMENT, INTERFACIAL_DROP, RISING_BUBBLE, INTERFACE_SHEAR,
         ),
         key=lambda case: case.number,
     )

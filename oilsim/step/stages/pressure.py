@@ -51,9 +51,10 @@ def project_velocity(
         excess = operator.compression_rate()
         _add_feedback(tools, arrays, state, time_step, excess)
         tolerance = config.divergence_tolerance * (FILLED if filled else 1.0)
+        level = tools.constants.least_pressure * time_step / tools.constants.reference_density if filled else None
         used, residual = solver.solve(
             operator, Pressures(kappa[: state.listed], -excess, arrays.diagonal), tolerance / time_step, config.divergence_iterations,
-            filled, [arrays.touching, *lesser_liquids(tools, arrays, state)], state.awake,
+            level, [arrays.touching, *lesser_liquids(tools, arrays, state)], state.awake,
         )  # fmt: skip
         operator.hand_over()
     return used, residual * time_step

@@ -119,7 +119,8 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     if constants.weightless:
         sums = np.zeros((block_count(count), 2))
         run(shear_rate_sums, count, arrays.flow, np.float32(tools.config.cfl / time_step), sums)
-        tools.time_unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
+        unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
+        tools.time_unit = min(unit, tools.config.capillary_time)
 
 
 def confinement(state: FluidState, near: int) -> Confinement:

@@ -64,7 +64,7 @@ def test_solution_is_exact_however_light_the_body(stiffness):
     scale = float(np.abs(gradient).mean())
     diagonal = (root**2).sum(axis=0).astype(np.float32)
     used, residual = BoundConstrainedSolver(Team(1)).solve(
-        system, Pressures(kappa, gradient, diagonal), 1e-6 * scale, 2000, False
+        system, Pressures(kappa, gradient, diagonal), 1e-6 * scale, 2000, None
     )
     assert used < 2000 and residual <= 1e-6 * scale
     assert 0.2 < (exact > 0.0).mean() < 0.99
@@ -88,7 +88,7 @@ def test_wherever_the_solve_is_cut_off_the_error_is_smaller_than_before(stiffnes
         gradient = (root.T @ (root @ kappa - wanted)).astype(np.float32)
         diagonal = (root**2).sum(axis=0).astype(np.float32)
         used, _ = BoundConstrainedSolver(Team(1)).solve(
-            system, Pressures(kappa, gradient, diagonal), 0.0, iterations, False
+            system, Pressures(kappa, gradient, diagonal), 0.0, iterations, None
         )
         assert kappa.min() >= 0.0 and used <= iterations + 3
         errors.append((0.5 * np.square(root @ kappa - wanted).sum() - least) / (at_start - least))
@@ -108,7 +108,7 @@ def test_few_particles_are_not_lost_among_many_where_they_are_watched(watched):
     kappa = np.zeros(COUNT, np.float32)
     groups = [few] if watched else []
     BoundConstrainedSolver(Team(1)).solve(
-        DenseSystem(root), Pressures(kappa, gradient, diagonal), tolerance, 200, False, [np.array([], np.intp), *groups]
+        DenseSystem(root), Pressures(kappa, gradient, diagonal), tolerance, 200, None, [np.array([], np.intp), *groups]
     )
     left = root.T @ (root @ kappa - wanted)
     among_few = np.where(kappa > 0.0, np.abs(left), np.maximum(-left, 0.0))[few].mean()
@@ -152,7 +152,7 @@ def test_what_a_watched_group_needs_costs_the_others_one_product(closed):
         tolerance = 0.01 * float(np.abs(gradient[few]).mean())
         system, kappa = CountedSystem(root), np.zeros(count, np.float32)
         used, _ = BoundConstrainedSolver(Team(1)).solve(
-            system, Pressures(kappa, gradient, diagonal), tolerance, 500, closed, [few]
+            system, Pressures(kappa, gradient, diagonal), tolerance, 500, 0.0 if closed else None, [few]
         )
         left = root.T @ (root @ kappa - wanted)
         residual = np.abs(left) if closed else np.where(kappa > 0.0, np.abs(left), np.maximum(-left, 0.0))
@@ -187,7 +187,7 @@ def test_corrections_that_are_not_linear_do_not_stop_a_long_solve():
     gradient = (root.T @ (root @ kappa - wanted)).astype(np.float32)
     tolerance = 1e-6 * float(np.abs(gradient).mean())
     used, residual = BoundConstrainedSolver(Team(1)).solve(
-        CorrectedSystem(root), Pressures(kappa, gradient, diagonal), tolerance, 200, False
+        CorrectedSystem(root), Pressures(kappa, gradient, diagonal), tolerance, 200, None
     )
     assert used < 100 and residual <= tolerance
 
@@ -198,6 +198,6 @@ def test_a_residual_whose_square_is_no_number_any_more_is_no_fault(size):
     diagonal = (root**2).sum(axis=0).astype(np.float32)
     kappa, gradient = np.zeros(COUNT, np.float32), np.full(COUNT, -size, np.float32)
     used, residual = BoundConstrainedSolver(Team(1)).solve(
-        DenseSystem(root), Pressures(kappa, gradient, diagonal), 0.0, 10, False
+        DenseSystem(root), Pressures(kappa, gradient, diagonal), 0.0, 10, None
     )
     assert used <= 13 and 0.0 <= residual <= 1.1 * size and np.isfinite(kappa).all()

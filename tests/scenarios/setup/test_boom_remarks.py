@@ -120,7 +120,7 @@ def test_words_on_a_skirt_follow_from_its_particles_and_from_closures() -> None:
 
 def test_check_says_which_interfacial_tension_is_assumed() -> None:
     """Brent has a measured one in the library, the other oil has none."""
-    assumed = "the interfacial tension of 'oil' is not given: 0.02 N/m is assumed for its losses"
+    assumed = "the interfacial tension of 'oil' is not given: 0.02 N/m is assumed"
     assert assumed in estimate(changed(phases__oil__oil="alaska-north-slope")).told
     assert assumed not in estimate(changed()).told
     assert assumed not in estimate(changed(phases__oil__oil="alaska-north-slope", booms__inlet__losses="resolved")).told

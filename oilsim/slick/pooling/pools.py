@@ -1,7 +1,7 @@
 """Pools: the oil that each segment of a boom holds, on either side, and how its parcels lie and slide there.
 
 A held parcel belongs to a pool and keeps a fixed rank, a share of the pool's volume that lies between it and the boom, drawn from its id
-by the silver ratio, so that the parcels of a pool always fill the profile of `oilsim.slick.pool_profile` evenly. It lies against the
+by the silver ratio, so that the parcels of a pool always fill the profile of `pool_profile` evenly. It lies against the
 relative flow from its segment, never beyond another barrier, and moves to its place no faster than the water and a gravity current
 (g' h_b)^(1/2) together. Along the segment it slides with the speed that balances the water's stress and the slope of the pool,
 
@@ -20,8 +20,8 @@ from oilsim.slick.barriers import STANDOFF, Barriers
 from oilsim.slick.crossing import beside, first_crossings, resting_sweep
 from oilsim.slick.loss_cause import LossCause, Pools
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows, sums
-from oilsim.slick.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
-from oilsim.slick.pool_profile import boom_thickness, distance_to, head_thickness, reduced_gravity, thickening
+from oilsim.slick.pooling.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
+from oilsim.slick.pooling.pool_profile import boom_thickness, distance_to, head_thickness, reduced_gravity, thickening
 
 Array = NDArray[np.float64]
 

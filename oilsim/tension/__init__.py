@@ -1,0 +1,1 @@
+"""Interfacial tension between liquids."""
