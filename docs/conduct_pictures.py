@@ -1,6 +1,6 @@
 """Draw the pictures of the guide "Conduct an exercise": the instructor's page and a crew's at three moments, and a branch beside its run.
 
-`python docs/conduct_pictures.py [FOLDER]` needs Playwright and a Chromium. It writes conduct-instructor-1.webp and more into docs/pictures.
+`python docs/conduct_pictures.py [FOLDER]` needs Playwright and a Chromium. It writes instructor-1.webp and more into docs/pictures/conduct.
 """
 
 from __future__ import annotations
@@ -57,36 +57,36 @@ def opened(one: sync_api.Browser, address: str, width: int) -> sync_api.Page:
 
 def draw(instructor: sync_api.Page, crew: sync_api.Page, folder: Path) -> None:
     """Draw the pages at their moments."""
-    shoot(crew, folder / "conduct-crew-1.webp")
+    shoot(crew, folder / "crew-1.webp")
     instructor.get_by_role("tab", name="Both").click()
     words = instructor.frame_locator("#view-scene iframe").locator("#words")
     sync_api.expect(words).to_be_hidden(timeout=PATIENCE)
     run_to(instructor, 12.0)
     instructor.wait_for_timeout(15_000)
-    shoot(instructor, folder / "conduct-instructor-1.webp")
+    shoot(instructor, folder / "instructor-1.webp")
     crew.keyboard.press("ArrowLeft")
     crew.keyboard.press("ArrowLeft")
     crew.get_by_role("button", name="Order", exact=True).click()
     instructor.keyboard.press("m")
     instructor.get_by_role("tab", name="Plan", exact=True).click()
     run_to(instructor, 45.0)
-    shoot(instructor, folder / "conduct-instructor-2.webp")
-    shoot(crew, folder / "conduct-crew-2.webp")
+    shoot(instructor, folder / "instructor-2.webp")
+    shoot(crew, folder / "crew-2.webp")
     crew.get_by_role("slider", name="Thrust").fill("40")
     crew.get_by_role("slider", name="Rudder").fill("-15")
     crew.get_by_role("button", name="Take the levers").click()
     run_to(instructor, 60.0)
     crew.get_by_role("button", name="Take the levers").scroll_into_view_if_needed()
-    shoot(crew, folder / "conduct-crew-3.webp")
+    shoot(crew, folder / "crew-3.webp")
     instructor.get_by_role("button", name="Debrief", exact=True).click()
     sync_api.expect(instructor.locator("#view-debrief iframe")).to_have_count(1, timeout=PATIENCE)
     instructor.wait_for_timeout(5000)
-    shoot(instructor, folder / "conduct-instructor-3.webp")
+    shoot(instructor, folder / "instructor-3.webp")
     instructor.locator("#what-if-less").fill("0.1")
     instructor.get_by_role("button", name="Try").click()
     sync_api.expect(instructor.locator("#view-debrief iframe")).to_have_count(2, timeout=2 * PATIENCE)
     instructor.wait_for_timeout(5000)
-    shoot(instructor, folder / "conduct-branch.webp")
+    shoot(instructor, folder / "debrief.webp")
 
 
 def main(folder: Path) -> None:
@@ -101,4 +101,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures")
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures" / "conduct")

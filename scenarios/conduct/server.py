@@ -75,6 +75,8 @@ class PageServer:
             middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=hosts), Middleware(_SecurityHeaders)],
         )
 
+        self.application.router.redirect_slashes = False  # a path that is none is refused, not led elsewhere
+
     def notice(self) -> None:
         """Take note that the session has more to show."""
         for page in self._pages:
