@@ -207,7 +207,7 @@ class FluidConfig:
 
     def _at_odds_with_tension(self) -> Iterator[str]:
         """Say what does not go together with interfacial tension."""
-        if self.capillary_time == math.inf:
+        if self.particle_spacing <= 0.0 or self.capillary_time == math.inf:
             return
         if self.scheme == "paper":
             yield "scheme is 'paper' with an interfacial_tension, allowed: 'split'"

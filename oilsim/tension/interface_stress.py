@@ -35,8 +35,8 @@ from oilsim.neighborhood.neighbor_search import nearest_images, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
 Real = NDArray[np.float32]
-# [1/d] steepest gradient of the smoothed field of a flat interface between liquids of 0 and 1; theory (the kernel's integral over a
-# plane through its middle, 0.54 and 0.55 in two and three dimensions), half as much again for disorder
+# [1/d] steepest gradient of the smoothed field of a flat interface between liquids of 0 and 1; theory; half as much again as the
+# kernel's integral over a plane through its middle, 0.54 in two and 0.55 in three dimensions
 STEEPEST = 0.8
 # [Pa2] added to squares of gradients that may vanish; theory; far below that of any interface
 TINY = np.float32(1e-20)
