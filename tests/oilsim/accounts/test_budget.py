@@ -32,11 +32,11 @@ def plane_tank(make_fluid, width, depth, spacing, threads=1):
 
 
 def everything(make_fluid, scheme="split"):
-    """Two phases and a drop, periodic along y, with a tension between them in our scheme, no-slip and adhesive walls, a pipe, wind, a moving body and an open side."""
+    """Two phases, a drop, periodic along y, no-slip and adhesive walls, a pipe, wind, a moving body and an open side; tension in our scheme."""
     tension = {"interfacial_tension": 0.03} if scheme == "split" else {}
     fluid = make_fluid(
-        phases=(OILY[0], replace(OILY[1], **tension)), lower=(-0.3, 0.0, -0.3), upper=(1.8, 1.5, 2.3), periodic=(False, True, False), gravity=(0.5, 0.3, -G),
-        scheme=scheme,
+        phases=(OILY[0], replace(OILY[1], **tension)), lower=(-0.3, 0.0, -0.3), upper=(1.8, 1.5, 2.3), periodic=(False, True, False),
+        gravity=(0.5, 0.3, -G), scheme=scheme,
     )  # fmt: skip
     walls = tank_walls((0, 0, 0), (1.5, 1.5, 1.5), 0.1, sides=("-x", "-z"), periodic=(False, True, False), no_slip=True)
     fluid.add_boundary(walls)

@@ -78,7 +78,7 @@ def test_a_window_shows_its_own_water_in_the_sea():
         return surface.height - sea.grid_elevation(surface.x, surface.y, 1.0)
 
     assert np.abs(difference()).max() < 0.15 * 0.25  # of a spacing
-    place = window.fluid.particles.position.T + [0.0, 0.0, 0.2]
+    place = window.fluid.particles.position.T + np.array([0.0, 0.0, 0.2])
     window.fluid.remove_particles(np.ones(len(place), bool))
     window.fluid.add_particles(place, phase="water")
     mound = difference()
