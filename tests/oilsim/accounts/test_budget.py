@@ -32,7 +32,7 @@ def plane_tank(make_fluid, width, depth, spacing, threads=1):
 
 
 def everything(make_fluid, scheme="split"):
-    """Two phases, a drop, periodic along y, no-slip and adhesive walls, a pipe, wind, a moving body and an open side; tension in our scheme."""
+    """Two phases with a tension in our scheme, a drop, periodic along y, sticky no-slip walls, a pipe, wind, a body, an open side."""
     tension = {"interfacial_tension": 0.03} if scheme == "split" else {}
     fluid = make_fluid(
         phases=(OILY[0], replace(OILY[1], **tension)), lower=(-0.3, 0.0, -0.3), upper=(1.8, 1.5, 2.3), periodic=(False, True, False),
