@@ -67,7 +67,7 @@ def smooth_tensions(begin, end, hood, tension, smoothed):
 
 @njit(**FAST)
 def fill_stress(begin, end, hood, plane, smoothed, stress):
-    """Fill stress (N, 8) with T_i [Pa] of the module's docstring, as xx, xy, xz, yy, yz, zz, and the tension's share |b_i| [Pa].
+    """Fill stress (N, 8) with T_i [Pa] of the module's docstring, as xx, xy, xz, yy, yz, zz; the last two columns stay as they are.
 
     hood: the `Neighborhood`; plane: whether y is absent; smoothed (N,): a_i [N/m].
     """
@@ -110,7 +110,7 @@ def set_stress(i, gx, gy, gz, moment, plane, stress):
     It is 0 where neighbours do not span space.
     """
     if not determinant(moment) > REGULAR:
-        for n in range(8):
+        for n in range(6):
             stress[i, n] = ZERO
         return
     xx, xy, xz, yy, yz, zz = inverse(moment)
@@ -123,8 +123,6 @@ def set_stress(i, gx, gy, gz, moment, plane, stress):
     stress[i, 3] = ZERO if plane else size * (ONE - ny * ny)
     stress[i, 4] = -size * ny * nz
     stress[i, 5] = size * (ONE - nz * nz)
-    stress[i, 6] = size
-    stress[i, 7] = ZERO
 
 
 @njit(**FAST)
