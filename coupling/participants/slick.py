@@ -12,7 +12,7 @@ The slick does not act on the bodies.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -63,6 +63,18 @@ class FlatSurface:
         return np.zeros(len(xy))
 
 
+class CarryingSea(NamedTuple):
+    """The sea that carries a slick.
+
+    flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; surface: from which the draft of booms is
+    measured.
+    """
+
+    flow: SurfaceFlow
+    water: SurfaceFlow | None = None
+    surface: Surface = FlatSurface()
+
+
 class OilParticles(Protocol):
     """Oil of the slick that is particles of a window (`oilsim.window.oil_exchange`)."""
 
@@ -85,9 +97,8 @@ class OilParticles(Protocol):
 class SlickParticipant:
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
-    flow: motion of floating oil; water: that of the water at the booms' depth, the same if None; loss_rate: closures; surface: from
-    which the draft of booms is measured, by default flat at the height 0; beach: its waterline is an outline of the slick, and booms that
-    seal do so on it. `sources` holds the oil that runs out, and may grow between
+    sea: what carries the slick; loss_rate: closures; beach: its waterline is an outline of the slick, and booms that seal do so on it.
+    `sources` holds the oil that runs out, and may grow between
     steps. Releases and recovery are calls of the slick, between steps. Raises ValueError for a boom that the slick does not have, or has
     with another number of segments.
     """
@@ -96,19 +107,17 @@ class SlickParticipant:
         self,
         name: str,
         slick: Slick,
-        flow: SurfaceFlow,
+        sea: CarryingSea,
         *,
         booms: Sequence[BoomBodies] = (),
         hulls: Sequence[HullBody] = (),
         loss_rate: LossRate = no_loss,
-        water: SurfaceFlow | None = None,
-        surface: Surface | None = None,
         beach: Beach | None = None,
     ) -> None:
         self.particles: OilParticles | None = None
         self.sources: list[SpillSource] = []
-        self._name, self._slick, self._surface = name, slick, surface or FlatSurface()
-        self._flow, self._water, self._loss_rate = flow, water, loss_rate
+        self._name, self._slick, self._loss_rate = name, slick, loss_rate
+        self._flow, self._water, self._surface = sea
         self._booms, self._hulls, self._beach = tuple(booms), tuple(hulls), beach
         self._rows = {boom.name: slick.barriers.rows(boom.name) for boom in booms}
         for boom in booms:
@@ -158,9 +167,9 @@ class SlickParticipant:
         """The motion of floating oil, which carries the slick."""
         return self._flow
 
-    def change_flow(self, flow: SurfaceFlow, water: SurfaceFlow | None, surface: Surface) -> None:
-        """Let another sea carry the oil from now on; `flow`, `water` and `surface` as at the beginning."""
-        self._flow, self._water, self._surface = flow, water, surface
+    def change_sea(self, sea: CarryingSea) -> None:
+        """Let another sea carry the oil from now on."""
+        self._flow, self._water, self._surface = sea
 
     def meet(self, particles: OilParticles, flow: SurfaceFlow) -> None:
         """Exchange oil with the particles of a window from now on; `flow` carries what stays parcels, the window's motion included.

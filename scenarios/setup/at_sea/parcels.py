@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +14,8 @@ from booms.losses.rates import Closures
 from booms.losses.slick_losses import PooledBoom, SlickLosses
 from coupling.assembly import BODIES
 from coupling.master.connection import Connection
-from coupling.participants.plan_barriers import BoomBodies
-from coupling.participants.slick import SlickParticipant
+from coupling.participants.plan_barriers import Beach, BoomBodies
+from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.sea import Sea
 from oilsim.slick.barriers import Barrier, Boom, Outline
 from oilsim.slick.oil import Oil
@@ -84,48 +84,55 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
     bodies = [
         _boom_bodies(name, layout, seals=written.booms[name].base_width is not None) for name, layout in booms.items()
     ]
-    barriers: list[Barrier] = [
-        _boom(name, layout, own) for (name, layout), own in zip(booms.items(), bodies, strict=True)
-    ]
-    beach = beach_of(written)
-    if beach is not None:
-        barriers.append(Outline(name=beach.name, nodes=beach.outline(0.0), capacity=beach.capacity, carries=False))
-    sources = oil_sources(written)
-    released = sum(spill.volume for spill in spills.values()) + sum(
-        min(settings.volume or math.inf, sources[name].rate * max(0.0, written.run.duration - settings.start))
-        for name, settings in written.emitters.items()
-        if name in sources
-    )
+    beach, sources = beach_of(written), oil_sources(written)
+    released = sum(spill.volume for spill in spills.values()) + _poured(written, sources)
     settings = SlickSettings(
         loss_volume=(released or UNKNOWN_RELEASE) / LOST_PARCELS,
         water_density=sea.description.density,
         diffusivity=0.0 if sea.description.turbulence is None else sea.description.turbulence.diffusivity,
         seed=written.run.seed,
     )
-    slick = Slick(settings, barriers)
+    slick = Slick(settings, _barriers(booms, bodies, beach))
     for name, spill in spills.items():
         oil = _oil(written.phases[written.fill[name].phase])
         slick.release(
             oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
         )
     participant = SlickParticipant(
-        SLICK,
-        slick,
-        FloatingOilFlow(sea),
-        booms=bodies,
-        loss_rate=SlickLosses(
-            [
-                PooledBoom(rows=slick.barriers.rows(name), closures=Closures(skirt_depth=layout.boom.skirt_depth))
-                for name, layout in booms.items()
-                if written.booms[name].losses == "closures"
-            ]
-        ),
-        water=_water(sea, booms),
-        surface=sea,
-        beach=beach,
+        SLICK, slick, carrying_sea(sea, booms), booms=bodies, loss_rate=_losses(written, slick, booms), beach=beach
     )
     participant.sources.extend(sources.values())
     return participant
+
+
+def _barriers(booms: Mapping[str, BoomLayout], bodies: Sequence[BoomBodies], beach: Beach | None) -> list[Barrier]:
+    """Return the barriers of the slick: the booms, and the waterline of the beach."""
+    barriers: list[Barrier] = [
+        _boom(name, layout, own) for (name, layout), own in zip(booms.items(), bodies, strict=True)
+    ]
+    if beach is not None:
+        barriers.append(Outline(name=beach.name, nodes=beach.outline(0.0), capacity=beach.capacity, carries=False))
+    return barriers
+
+
+def _poured(written: Scenario, sources: Mapping[str, SpillSource]) -> float:
+    """Return the volume [m3] that the sources pour until the run's end."""
+    return sum(
+        min(settings.volume or math.inf, sources[name].rate * max(0.0, written.run.duration - settings.start))
+        for name, settings in written.emitters.items()
+        if name in sources
+    )
+
+
+def _losses(written: Scenario, slick: Slick, booms: Mapping[str, BoomLayout]) -> SlickLosses:
+    """Return the closures of the booms that have them."""
+    return SlickLosses(
+        [
+            PooledBoom(rows=slick.barriers.rows(name), closures=Closures(skirt_depth=layout.boom.skirt_depth))
+            for name, layout in booms.items()
+            if written.booms[name].losses == "closures"
+        ]
+    )
 
 
 def oil_sources(scenario: Scenario) -> dict[str, SpillSource]:
@@ -167,12 +174,13 @@ def _oil(phase: PhaseSettings) -> Oil:
 
 def carry_slick(slick: SlickParticipant, sea: Sea, booms: Mapping[str, BoomLayout]) -> None:
     """Let another sea carry the slick from now on."""
-    slick.change_flow(FloatingOilFlow(sea), _water(sea, booms), sea)
+    slick.change_sea(carrying_sea(sea, booms))
 
 
-def _water(sea: Sea, booms: Mapping[str, BoomLayout]) -> WaterFlow:
-    """Return the motion of the water at the middle of the deepest skirt."""
-    return WaterFlow(sea, DEPTH * max((layout.boom.skirt_depth for layout in booms.values()), default=0.0))
+def carrying_sea(sea: Sea, booms: Mapping[str, BoomLayout]) -> CarryingSea:
+    """Return the sea as it carries a slick; its water is that at the middle of the deepest skirt."""
+    deepest = max((layout.boom.skirt_depth for layout in booms.values()), default=0.0)
+    return CarryingSea(FloatingOilFlow(sea), WaterFlow(sea, DEPTH * deepest), sea)
 
 
 def slick_connections(slick: SlickParticipant) -> tuple[Connection, ...]:

@@ -10,7 +10,7 @@ from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.participant import Causality, Status, StepResult, Variable, variable_table
 from coupling.participants.plan_barriers import BoomBodies, HullBody
-from coupling.participants.slick import SlickParticipant
+from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.slick.barriers import Boom, Outline
 from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.oil import Oil
@@ -86,7 +86,7 @@ def build(speed: float = 0.5, connected: bool = True) -> tuple[CoSimulation, Sli
     booms = [BoomBodies(name="sweep", bodies=BODIES, **SECTION)]
     hulls = [HullBody(name="tug", body="tug", nodes=[(x, y, 0.0) for x, y in bow])]
     participant = SlickParticipant(
-        "slick", slick, UniformFlow((0.0, -0.05)), booms=booms, hulls=hulls, loss_rate=loss_rate
+        "slick", slick, CarryingSea(UniformFlow((0.0, -0.05))), booms=booms, hulls=hulls, loss_rate=loss_rate
     )
     assert participant.bodies == (*BODIES, "tug")
     links = [Connection("tow", "poses", "slick", "poses")] if connected else []
@@ -146,14 +146,14 @@ def test_bodies_without_a_connection_or_an_orientation_are_told():
     slick = Slick(SlickSettings(loss_volume=0.01), [Boom(name="sweep", nodes=[(-2.0, 0.0), (2.0, 0.0)], draft=0.4)])
     bodies = [BoomBodies(name="sweep", bodies=["segment-0"], **SECTION)]
     with pytest.raises(ValueError, match="the pose of 'segment-0' has the quaternion 0"):
-        SlickParticipant("slick", slick, UniformFlow(), booms=bodies).set("poses", poses)
+        SlickParticipant("slick", slick, CarryingSea(UniformFlow()), booms=bodies).set("poses", poses)
 
 
 def test_boom_with_another_number_of_bodies_is_refused():
     _, slick = build()
     short = BoomBodies(name="sweep", bodies=BODIES[:4], **SECTION)
     with pytest.raises(ValueError, match="boom 'sweep' has 4 bodies, allowed: 12"):
-        SlickParticipant("slick", slick, UniformFlow(), booms=[short])
+        SlickParticipant("slick", slick, CarryingSea(UniformFlow()), booms=[short])
 
 
 def test_a_leaning_boom_in_a_sea_tells_lean_draft_and_freeboard_from_the_local_surface():
@@ -170,7 +170,7 @@ def test_a_leaning_boom_in_a_sea_tells_lean_draft_and_freeboard_from_the_local_s
 
     slick = Slick(SlickSettings(loss_volume=0.01), [Boom(name="sweep", nodes=[(-2.0, 0.0), (2.0, 0.0)], draft=0.4)])
     bodies = [BoomBodies(name="sweep", bodies=["segment-0"], **SECTION)]
-    participant = SlickParticipant("slick", slick, UniformFlow(), booms=bodies, surface=Swell())
+    participant = SlickParticipant("slick", slick, CarryingSea(UniformFlow(), surface=Swell()), booms=bodies)
     lean = np.radians(30.0)
     participant.enter_initialization_mode(0.0)
     participant.set("poses", np.array([[0.0, 0.0, 0.0, np.sin(0.5 * lean), 0.0, 0.0, np.cos(0.5 * lean)]]))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from coupling.participants.slick import SlickParticipant
+from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.phases import Phase
 from oilsim.sea import CurrentProfile, Sea, SeaDescription, SteadyFlow
 from oilsim.slick.oil import Oil
@@ -40,7 +40,7 @@ def windows() -> Iterator[list[Window]]:
 def test_oil_goes_from_one_window_to_the_other_and_keeps_its_volume(windows: list[Window]) -> None:
     """The slick drifts 5.4 m from the middle of the first window to that of the second, whose particles are larger."""
     slick = Slick(SlickSettings(loss_volume=0.02, water_density=1027.0), ())
-    participant, exchange = SlickParticipant("slick", slick, UniformFlow((CURRENT, 0.0))), None
+    participant, exchange = SlickParticipant("slick", slick, CarryingSea(UniformFlow((CURRENT, 0.0)))), None
     exchange = JointExchange([OilExchange(one) for one in windows])
     participant.meet(exchange, UniformFlow((CURRENT, 0.0)))
     slick.release(OIL, 0.6, count=200, center=(-0.4, 0.0), radius=0.4)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from coupling.participants.slick import SlickParticipant
+from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.phases import Phase
 from oilsim.sea import CurrentProfile, RegularWaves, Sea, SeaDescription, SteadyFlow
 from oilsim.slick.barriers import Boom
@@ -36,7 +36,7 @@ class Meeting:
         self.slick = Slick(SlickSettings(loss_volume=0.02, water_density=1027.0), booms)
         flow = self.window.motion.sea.description.surface_current
         self.flow = UniformFlow((0.0, 0.0) if flow is None else (CURRENT, 0.0))
-        self.participant = SlickParticipant("slick", self.slick, self.flow)
+        self.participant = SlickParticipant("slick", self.slick, CarryingSea(self.flow))
         self.exchange = OilExchange(self.window)
         self.participant.meet(self.exchange, WindowFlow(self.flow, self.exchange.surface))
         self.time = 0.0

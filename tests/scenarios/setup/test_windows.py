@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.errors import CoSimulationError
+from coupling.participants.windows import WindowsParticipant
 from scenarios.build import Assembly, build
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
@@ -88,7 +89,9 @@ def test_two_bodies_float_in_two_windows_as_each_in_its_own(tmp_path: Path) -> N
     simulation.initialize()
     for _ in range(5):
         simulation.step()
-    shares = assembly.fluid_participant.shares  # type: ignore[attr-defined]
+    windows = assembly.fluid_participant
+    assert isinstance(windows, WindowsParticipant)
+    shares = windows.shares
     np.testing.assert_array_equal(shares.at(0.25), 1.0)
     assert assembly.particle_counts()["water"] == pytest.approx(18 * 18 * 4 + 16 * 14 * 4, abs=120)
     saved, ends = simulation.save_state(), []
