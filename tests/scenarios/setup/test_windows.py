@@ -87,7 +87,7 @@ def test_two_bodies_float_in_two_windows_as_each_in_its_own(tmp_path: Path) -> N
     simulation, world = assembly.co_simulation(), assembly.world
     assert world is not None
     simulation.initialize()
-    for _ in range(5):
+    for _ in range(2):
         simulation.step()
     windows = assembly.fluid_participant
     assert isinstance(windows, WindowsParticipant)
@@ -96,7 +96,7 @@ def test_two_bodies_float_in_two_windows_as_each_in_its_own(tmp_path: Path) -> N
     assert assembly.particle_counts()["water"] == pytest.approx(18 * 18 * 4 + 16 * 14 * 4, abs=120)
     saved, ends = simulation.save_state(), []
     for _ in range(2):
-        for _ in range(6):
+        for _ in range(2):
             simulation.step()
         ends.append({name: world.pose(name).tobytes() for name in ("box", "other")})
         simulation.restore_state(saved)
@@ -107,7 +107,7 @@ def test_two_bodies_float_in_two_windows_as_each_in_its_own(tmp_path: Path) -> N
         alone = assembled(tmp_path, 5.0, 0.0, f"window={window}")
         single = alone.co_simulation()
         single.initialize()
-        for _ in range(11):
+        for _ in range(4):
             single.step()
         single.terminate()
         assert alone.world is not None
