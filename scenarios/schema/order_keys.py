@@ -25,6 +25,7 @@ ORDER_KEYS = (
     "moorings.*.holding",
     "ties.*.parted",
     "ties.*.hauled",
+    "ties.*.made_fast",
     "skimmers.*.running",
     "skimmers.*.nameplate",
     "skimmers.*.storage",

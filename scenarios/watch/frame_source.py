@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.participant import Causality, Participant
+from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from recordings.entity_paths import BOOM
 from recordings.frame import (
@@ -110,11 +111,19 @@ class FrameReader:
         return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
 
     def _moorings(self) -> dict[str, float]:
-        """Return the tension [N] of each tie and mooring leg, and how far [m] its anchor has dragged."""
+        """Return the tension [N] of each tie and mooring leg, and how far [m] its anchor has dragged.
+
+        Of a tie that waits to be made fast also the distance [m] of its ends, and whether it is fast, 0 or 1.
+        """
         world, series = self._simulators.world, dict[str, float]()
         if world is not None:
             ties = [tie_name(name) for name in self._simulators.scenario.ties]
             series |= {f"{tie}/tension": world.tension(tie) for tie in ties}
+            for tie in ties:
+                line = world.lines[tie]
+                if isinstance(line, ElasticLine) and line.loosened:
+                    fast = float(line.made_fast)
+                    series |= {f"{tie}/distance": world.line_distance(tie), f"{tie}/made_fast": fast}
         for leg in self._simulators.fleet.legs if world is not None else ():
             assert world is not None
             line = world.lines[leg.name]
