@@ -116,6 +116,8 @@ def _with_series(plots: Mapping[str, tuple[str, ...]], names: Collection[str]) -
 
 def labels(names: Sequence[str]) -> list[str]:
     """Shorten the names of some series for a legend: leave out their common beginning."""
+    if len(names) == 1:
+        return [names[0].rpartition("/")[2].replace("_", " ")]
     first, last = min(names), max(names)  # in alphabetical order, so all names share what these two share
     alike = next((place for place, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), len(first))
     start = max(first.rfind("/", 0, alike), first.rfind("_", 0, alike)) + 1
