@@ -25,6 +25,7 @@ from recordings.sink.plots import plots_with_series
 Points = npt.NDArray[np.float64]
 MOMENTS = 3
 _DIAGRAMS = 3
+_ORDERS_OF_INJECTS = "injects"  # source of orders that the text of an inject says in words
 _SCENE_WIDTH = 930  # [pixels], 1.5 times as many as shown
 
 
@@ -80,15 +81,18 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
     told = {name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)}
     plots = plots_with_series(replay.run.plots, list(replay.scalars))
     showing = [(title, [name for name in names if name in told]) for title, names in plots.items()]
-    chosen = [(title, names) for title, names in showing if names][:_DIAGRAMS]
-    heights = [EVENT_ROW] * bool(replay.events) + [1.0] * len(chosen)
+    showing = [(title, names) for title, names in showing if names]
+    moved = [one for one in showing if any(np.any(replay.scalars[name].value != 0.0) for name in one[1])]
+    chosen = (moved or showing)[:_DIAGRAMS]
+    events = [event for event in replay.events if event.source != _ORDERS_OF_INJECTS]
+    heights = [EVENT_ROW] * bool(events) + [1.0] * len(chosen)
     if not heights:
         return
     grid = place.subgridspec(len(heights), 1, hspace=0.42, height_ratios=heights)
     rows = [figure.add_subplot(grid[row]) for row in range(len(heights))]
     diagrams = rows[-len(chosen) :] if chosen else []
-    if replay.events:
-        draw_events(rows[0], replay.events, (moments[0].time, moments[-1].time))
+    if events:
+        draw_events(rows[0], events, (moments[0].time, moments[-1].time))
     booms = [boom.name for boom in replay.run.exercise.booms] if replay.run.exercise else []
     for axes, (title, names) in zip(diagrams, chosen, strict=True):
         draw_lines(axes, replay, names, booms if len(booms) > 1 else [])
@@ -101,7 +105,7 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
     for axes in diagrams:  # not through the texts of the events
         for moment in moments:
             axes.axvline(moment.time, color="#c8d1d8", linewidth=0.8, zorder=0)
-        for event in replay.events:
+        for event in events:
             axes.axvline(event.time, color=EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
     rows[-1].set_xlabel("simulated time [s]")
 

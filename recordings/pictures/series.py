@@ -15,7 +15,7 @@ from recordings.pictures.style import EVENT_COLORS
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels
 
-EVENT_ROW = 1.0  # height of the events, in heights of a diagram
+EVENT_ROW = 1.1  # height of the events, in heights of a diagram
 _NAMED_EVENTS = 4
 _EVENT_LETTERS = 88  # letters that fit above a diagram
 _BESIDE = 0.035  # of the width: numbers of events closer than this share a mark
@@ -31,7 +31,7 @@ _LEGEND_SIZES = (
 def draw_events(axes: Axes, events: Sequence[Event], span: tuple[float, float]) -> None:
     """Write the last few events with their numbers, and below them the numbers at their times; span [s] of the axis."""
     shown = events[-_NAMED_EVENTS:]
-    axes.set_ylim(-1.4, _NAMED_EVENTS - 0.5)
+    axes.set_ylim(-1.8, _NAMED_EVENTS - 0.5)
     axes.set_axis_off()
     for place, event in enumerate(shown):
         row, color = _NAMED_EVENTS - 1 - place, EVENT_COLORS[event.level]
@@ -41,8 +41,8 @@ def draw_events(axes: Axes, events: Sequence[Event], span: tuple[float, float]) 
         axes.text(0.0, row, str(place + 1), transform=across, va="center", fontsize=9, color=color, fontweight="bold")
         axes.text(0.025, row, text, transform=across, va="center", fontsize=9, color=color)
     for time, numbers, color in _marks(shown, _BESIDE * (span[1] - span[0])):
-        axes.plot([time], [-1.3], marker="v", markersize=4.5, color=color, clip_on=False)
-        axes.text(time, -0.95, numbers, ha="center", va="bottom", fontsize=8.5, color=color, fontweight="bold")
+        axes.plot([time], [-1.7], marker="v", markersize=4.5, color=color, clip_on=False)
+        axes.text(time, -1.35, numbers, ha="center", va="bottom", fontsize=8.5, color=color, fontweight="bold")
 
 
 def _marks(events: Sequence[Event], apart: float) -> list[tuple[float, str, str]]:

@@ -52,7 +52,7 @@ CREWS = {
         missed="fed",
     ),
     "launch-from-slip": Crews(
-        good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-66.0'], text='The crew ashore pays out'}",),
+        good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-54.0'], text='The crew ashore pays out'}",),
         bad=("injects.pays={at=12.0, orders=['ties.brake.hauled=-20.0'], text='The crew ashore pays out, and stops'}",),
         boom="main",
         missed="deployed",
