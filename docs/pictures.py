@@ -36,7 +36,10 @@ RUNS: dict[str, list[str]] = {
     "two-layer": ["--set", "fluid.particle_spacing=0.033", "--until", "2"],
     "still-column": ["--until", "2"],
     # exercises, with the orders of a good crew
-    "j-sweep-skimmer": ["--set", "injects.waits={at=155.0, orders=['tow.speed_kn=0.05'], text='The crew waits for the brush'}"],
+    "j-sweep-skimmer": [
+        "--set",
+        "injects.waits={at=155.0, orders=['tow.speed_kn=0.05'], text='The crew waits for the brush'}",
+    ],
     "v-sweep": [],
     "open-apex-follow": [],
     "anchored-containment": [],
