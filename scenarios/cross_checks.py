@@ -112,6 +112,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
+    yield from _fast_water(parts)
     yield from _skimmers(parts)
     yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
     if parts.fluid is not None:
@@ -351,6 +352,16 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
     yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
     if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
         yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
+
+
+def _fast_water(parts: Parts) -> Iterator[Problem]:
+    """Check that no particles meet nets and pockets, which would stop them as skirts do."""
+    for name, boom in parts.booms.items():
+        if parts.run is not None and parts.run.detail != "none":
+            for part in ("net", "pocket"):
+                if getattr(boom, part) is not None:
+                    text = 'is given, allowed: with run.detail = "none"; particles would meet a skirt'
+                    yield Problem(f"booms.{name}.{part}", text)
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
