@@ -34,7 +34,7 @@ from scenarios.schema.liquid import (
     SphereFill,
     Tank,
 )
-from scenarios.schema.moorings import MooringSettings, TieSettings, mooring_problems, tie_problems
+from scenarios.schema.moorings import MooringSettings, TieSettings, held_ends, mooring_problems, tie_problems, tied_ends
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
@@ -355,13 +355,21 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
 
 
 def _fast_water(parts: Parts) -> Iterator[Problem]:
-    """Check that no particles meet nets and pockets, which would stop them as skirts do."""
+    """Check that no particles meet nets, pockets and reels, which they would take for skirts, and that nothing else holds a reel's boom."""
     for name, boom in parts.booms.items():
         if parts.run is not None and parts.run.detail != "none":
-            for part in ("net", "pocket"):
+            for part in ("net", "pocket", "reel"):
                 if getattr(boom, part) is not None:
                     text = 'is given, allowed: with run.detail = "none"; particles would meet a skirt'
                     yield Problem(f"booms.{name}.{part}", text)
+        if boom.reel is None:
+            continue
+        if "shore" in parts.given:
+            yield Problem(
+                f"booms.{name}.reel", "is given, allowed: without [shore]; on a beach, a tie with `place` pays out"
+            )
+        if any(held_ends(parts.moorings, name, boom.segments)[:1]) or tied_ends(parts.ties, name, boom.segments)[0]:
+            yield Problem(f"booms.{name}.reel", "is given, allowed: without a mooring or a tie at joint 0")
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

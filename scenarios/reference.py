@@ -140,6 +140,7 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("booms.NAME.bridle", (boom_parts.BridleSettings,)),
     ("booms.NAME.net", (boom_parts.NetSettings,)),
     ("booms.NAME.pocket", (boom_parts.PocketSettings,)),
+    ("booms.NAME.reel", (boom_parts.ReelSettings,)),
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
     ("ties.NAME", (moorings.TieSettings,)),

@@ -1,4 +1,4 @@
-"""Parts of a boom that have tables of their own: bridles, nets and pockets."""
+"""Parts of a boom that have tables of their own: bridles, nets, pockets and reels."""
 
 from __future__ import annotations
 
@@ -45,6 +45,20 @@ class PocketSettings(Section):
     def built(self) -> Pocket:
         """Return the pocket."""
         return Pocket(**asdict(self))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReelSettings(Section):
+    """A reel on a quay, at the boom's first end, from which the boom runs out straight to its second end (*modelled*).
+
+    stiffness    [N] axial stiffness EA of the line that stands for the brake; it holds the boom's inner end
+    winch_speed  [m/s] at which the reel pays out, or takes in
+    paid_out     [m] of boom outside the mouth that is ordered; without it, as laid: from the mouth to the second end
+    """
+
+    stiffness: float = quantity("N", default=4e5, above=0.0)
+    winch_speed: float = quantity("m/s", default=0.4, above=0.0)
+    paid_out: float | None = quantity("m", default=None, above=0.0)
 
 
 def from_catalogue(value: Any) -> Any:

@@ -16,7 +16,7 @@ from booms.boom import BoomDesign
 from booms.catalog import catalogue
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem, ScenarioError, unknown
-from scenarios.schema.boom_parts import BridleSettings, NetSettings, PocketSettings, from_catalogue
+from scenarios.schema.boom_parts import BridleSettings, NetSettings, PocketSettings, ReelSettings, from_catalogue
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
@@ -232,6 +232,7 @@ class BoomSettings(Section):
     line_breaking_load  [N] tension at which such a line parts; without it, it never does
     bridle              two legs in which each such line ends, at the boom or at its vessel; `tow_line` is then from end to vessel
     winch_speed         [m/s] at which such a line is winched to another `tow_line`, ordered while the run goes on
+    reel                the first end, a point, is the mouth of a reel, from which the boom runs out; without particles only
     losses              "closures": what particles are too coarse to lose is modelled, taken out of the boom and labelled (docs/losses.md);
                         "resolved": only what particles lose by themselves
     seed                of the order in which the closures' losses fall due along the boom
@@ -267,6 +268,7 @@ class BoomSettings(Section):
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
     line_breaking_load: float | None = quantity("N", default=None, above=0.0)
     bridle: BridleSettings | None = None
+    reel: ReelSettings | None = None
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
     seed: int = quantity("", default=0, at_least=0, at_most=2**31 - 1, whole=True)
@@ -338,11 +340,24 @@ class BoomSettings(Section):
             yield Problem("area", text)
         elif 0 < len(self.area) < 3:
             yield Problem("area", f"has {len(self.area)} corners, allowed: 3 or more")
+        if self.reel is not None:
+            yield from self._reel_problems(self.reel)
         if self.net is not None and self.base_width is not None:
             yield Problem("net", "is given beside base_width, allowed: one of the two in the place of the skirt")
         last = self.segments - 1
         if not all(0 < number <= last for number in self.parted) or len(set(self.parted)) < len(self.parted):
             yield Problem("parted", f"is {list(self.parted)}, allowed: numbers from 1 to {last}, each once")
+
+    def _reel_problems(self, reel: ReelSettings) -> Iterator[Problem]:
+        """Yield why the boom cannot run off its reel."""
+        if isinstance(self.ends[0], str):
+            yield Problem("ends", f"begin with {self.ends[0]!r}, allowed with reel: a point (x, y), its mouth")
+        for name in ("stream", "bulge"):
+            if getattr(self, name) is not None:
+                yield Problem(name, "is given, allowed: without reel, from which a boom runs straight")
+        if reel.paid_out is not None and reel.paid_out > self.length:
+            text = f"is {reel.paid_out:g}, allowed: above 0 and at most length = {self.length:g} m"
+            yield Problem("reel.paid_out", text)
 
 
 def line_problems(vessels: Mapping[str, VesselSettings], booms: Mapping[str, BoomSettings]) -> Iterator[Problem]:
