@@ -54,7 +54,7 @@ def test_explicit_viscosity_is_for_thin_liquids() -> None:
 
 
 def test_contact_angles_need_interfaces_that_pull() -> None:
-    rock = '[bodies.rock]\nshape = "box"\nsize = [0.3, 0.3, 0.3]\nposition = [0.5, 0.5, 0.1]\nmotion.kind = "fixed"\ncontact_angle = 120.0\n'
+    rock = '[bodies.rock]\nshape = "sphere"\nradius = 0.2\nposition = [0.5, 0.5, 0.1]\nmotion.kind = "fixed"\ncontact_angle = 120.0\n'
     wetted = {"upper = [1.0, 1.0, 1.0]": "upper = [1.0, 1.0, 1.0]\ncontact_angle = 30.0"}
     pulling = {"particle_spacing = 0.1": "particle_spacing = 0.1\ninterfacial_tension = true"}
     allowed = "allowed with fluid.interfacial_tension = false: 90"
