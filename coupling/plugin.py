@@ -343,8 +343,8 @@ def attach_fluid(
 
     Place the fluid's particles around the bodies: a warning tells of particles inside a body, and they are not removed. A held body larger
     than the fluid's domain, such as the ground of plane.urdf, is sampled where the fluid can reach it. no_slip: viscous liquids stick to
-    the bodies; contact_angle [deg]: see `FluidWorld.add_body`. Raises TypeError for bodies that are no collection of ids, and the errors of `FluidWorld` and `FluidWorld.add_body`; the
-    fluid is then left without these bodies.
+    the bodies; contact_angle [deg]: see `FluidWorld.add_body`. Raises TypeError for bodies that are no collection of ids,
+    and the errors of `FluidWorld` and `FluidWorld.add_body`; the fluid is then left without these bodies.
     """
     if not isinstance(bodies, Iterable):
         raise TypeError(f"bodies is {bodies!r}, allowed: several unique ids, [{bodies!r}] for one body")

@@ -100,7 +100,7 @@ CONTACT_ANGLE = Case(
     name="contact-angle",
     title="Drops of oil on a floor under water, at five contact angles",
     source="Young's law: a drop without weight is a segment of a circle that meets the floor at the contact angle",
-    setup=f"plane drops in a box of 8 R x 3 R full of water of the same density, R = {RADIUS:g} m, the radius of a disc of half the area; "
+    setup=f"plane drops in a box of 8 R x 3 R full of water of the same density; R = {RADIUS:g} m, radius of a disc of half the area; "
     f"sigma {TENSION:g} N/m, {VISCOSITY:g} Pa s, slippery floor, without weight; they begin {AWAY:g} degrees nearer to 90",
     length=RADIUS,
     length_symbol="R",
