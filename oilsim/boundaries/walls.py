@@ -125,7 +125,6 @@ class Walls:
         self.volume: Real = np.empty(0, np.float32)
         self.area: Real = np.empty(0, np.float32)
         self.wetting: Real = np.empty(0, np.float32)  # (M,) cosine of the contact angle [1]
-        self.wetting: Real = np.empty(0, np.float32)  # (M,) cosine of the contact angle [1]
         self.no_slip: Real | None = None
         self.bodies_hold = False  # whether liquid sticks to any body that moves
         self.resting = 0
