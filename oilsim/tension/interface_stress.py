@@ -172,7 +172,10 @@ def pull_along_interfaces(begin, end, hood, wetting, slopes, scale, velocity):
 
 @inlined
 def wall_slopes(i, hood, wetting, slopes):
-    """Return sum_b V_b n_w . grad W_ib, and the same with the factor cos theta_b [1/m]; arguments as of `pull_along_interfaces`."""
+    """Return sum_b V_b n_w . grad W_ib, and the same with the factor cos theta_b [1/m].
+
+    hood: the `Neighborhood`; wetting (M,): cos theta_b [1]; slopes (N, 8) as from `fill_slopes`.
+    """
     inverse_support = ONE / hood.support
     nx, ny, nz = slopes[i, 4], slopes[i, 5], slopes[i, 6]
     facing = wetted = spread(ZERO)
