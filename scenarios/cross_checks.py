@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from oilsim.boundary import RIGHT_ANGLE
 from oilsim.config import FURTHEST, longest_time_step
 from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
@@ -118,6 +119,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
+        yield from _contact_angles(parts, parts.fluid)
     if parts.forcing is not None and parts.forcing.waves is not None:
         yield from _waves(parts.forcing.waves, parts.fluid, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
@@ -181,6 +183,17 @@ def _sea_decides(fluid: FluidSettings) -> Iterator[Problem]:
         yield Problem("fluid.interfacial_tension", "is true, allowed in a window: false")
     if any(fluid.gravity[:2]) or fluid.gravity[2] >= 0.0:
         yield Problem("fluid.gravity", f"is {fluid.gravity}, allowed in a window: straight down, as that of the sea")
+
+
+def _contact_angles(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
+    """Yield contact angles of a scenario without interfaces that pull."""
+    angles = {f"bodies.{name}": body.contact_angle for name, body in parts.bodies.items()}
+    if parts.tank is not None:
+        angles["tank"] = parts.tank.contact_angle
+    for place, angle in angles.items():
+        if angle != RIGHT_ANGLE and not fluid.interfacial_tension:
+            allowed = f"with fluid.interfacial_tension = false: {RIGHT_ANGLE:g}"
+            yield Problem(f"{place}.contact_angle", f"is {angle:g} deg, allowed {allowed}")
 
 
 def _names(parts: Parts) -> Iterator[Problem]:
