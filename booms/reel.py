@@ -68,7 +68,10 @@ class ReeledBodies(FloatingBodies):
         self._tracks = tuple(tracks)
 
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
-        """Return the loads as of `FloatingBodies.loads`, those of wound segments by their line."""
+        """Return the loads as of `FloatingBodies.loads`, those of wound segments by their line.
+
+        time [s]; pose (B, 7) [m, 1] with quaternions xyzw, twist (B, 6) [m/s, rad/s].
+        """
         found = super().loads(time, pose, twist)
         for track in self._tracks:
             offset = pose[track.rows, :3] - track.mouth

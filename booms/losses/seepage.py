@@ -37,5 +37,5 @@ def seepage_speed(speed: ArrayLike, thickness: ArrayLike, net: Net, oil: OilOnWa
 
 
 def seepage_rate(speed: ArrayLike, thickness: ArrayLike, net: Net, oil: OilOnWater) -> Array:
-    """Compute the oil that passes a net, q = v h_b [m2/s per metre of boom]; arguments as of `seepage_speed`."""
+    """Compute the oil that passes a net, q = v h_b (S,) [m2/s per metre of boom]; arguments as of `seepage_speed`."""
     return np.asarray(seepage_speed(speed, thickness, net, oil) * np.asarray(thickness))
