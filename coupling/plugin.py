@@ -41,6 +41,7 @@ from coupling.solids.signed_distance import Box
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
 from oilsim.advance_report import AdvanceReport
+from oilsim.boundary import RIGHT_ANGLE
 from oilsim.solver import Fluid
 
 Array = npt.NDArray[np.float64]
@@ -81,11 +82,17 @@ class FluidWorld:
         return self._client
 
     def add_body(
-        self, body: int, *, no_slip: bool = False, meshes: Mapping[int, trimesh.Trimesh] | None = None
+        self,
+        body: int,
+        *,
+        no_slip: bool = False,
+        contact_angle: float = RIGHT_ANGLE,
+        meshes: Mapping[int, trimesh.Trimesh] | None = None,
     ) -> None:
         """Add a body of the client, which meets the fluid from now on; links smaller than a particle are left out with a warning.
 
-        no_slip: viscous liquids stick to the body. meshes: closed solids of links by the link's index, about the link's centre of mass [m];
+        no_slip: viscous liquids stick to the body. contact_angle [deg] at which interfaces meet it, through the liquid with the larger
+        interfacial tension. meshes: closed solids of links by the link's index, about the link's centre of mass [m];
         they replace the collision shapes that pybullet reports, and are needed for meshes made from vertices and indices in memory, which
         pybullet does not report. Raises ValueError if no link is left, if the body is unknown to the client or is not made of links, if it
         meets the fluid already, and for a mesh that is no solid; TypeError for an argument of another type.
@@ -117,7 +124,7 @@ class FluidWorld:
             raise ValueError(f"body {body} has no collision shape that the fluid can see, allowed: one link at least")
         self._tell_overlaps(sampled)
         for key, sampling in sampled.items():
-            particles = particles_of(f"{body}/{key[1]}", sampling, no_slip=no_slip)
+            particles = particles_of(f"{body}/{key[1]}", sampling, no_slip=no_slip, contact_angle=contact_angle)
             self._handles[key] = self.fluid.add_boundary(particles)
         self._links.add(linked, sampled)
         self._run = None
@@ -329,20 +336,22 @@ def _label(key: LinkKey) -> str:
     return f"body {key[0]}, link {key[1]}"
 
 
-def attach_fluid(client: int, fluid: Fluid, bodies: Iterable[int], *, no_slip: bool = False) -> FluidWorld:
+def attach_fluid(
+    client: int, fluid: Fluid, bodies: Iterable[int], *, no_slip: bool = False, contact_angle: float = RIGHT_ANGLE
+) -> FluidWorld:
     """Put `fluid` into the pybullet client `client`, to meet the bodies with these unique ids.
 
     Place the fluid's particles around the bodies: a warning tells of particles inside a body, and they are not removed. A held body larger
     than the fluid's domain, such as the ground of plane.urdf, is sampled where the fluid can reach it. no_slip: viscous liquids stick to
-    the bodies. Raises TypeError for bodies that are no collection of ids, and the errors of `FluidWorld` and `FluidWorld.add_body`; the
-    fluid is then left without these bodies.
+    the bodies; contact_angle [deg]: see `FluidWorld.add_body`. Raises TypeError for bodies that are no collection of ids,
+    and the errors of `FluidWorld` and `FluidWorld.add_body`; the fluid is then left without these bodies.
     """
     if not isinstance(bodies, Iterable):
         raise TypeError(f"bodies is {bodies!r}, allowed: several unique ids, [{bodies!r}] for one body")
     world = FluidWorld(client, fluid)
     try:
         for body in bodies:
-            world.add_body(body, no_slip=no_slip)
+            world.add_body(body, no_slip=no_slip, contact_angle=contact_angle)
     except Exception:
         world.detach()  # the fluid is as it was, to be attached anew
         raise

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from oilsim.boundary import RIGHT_ANGLE
 from oilsim.config import FURTHEST, longest_time_step
 from oilsim.phases import EXPLICIT_UP_TO
 from oilsim.quantity import SHORTEST_DIRECTION
@@ -34,7 +35,7 @@ from scenarios.schema.liquid import (
     SphereFill,
     Tank,
 )
-from scenarios.schema.moorings import MooringSettings, TieSettings, mooring_problems, tie_problems
+from scenarios.schema.moorings import MooringSettings, TieSettings, held_ends, mooring_problems, tie_problems, tied_ends
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
@@ -112,11 +113,13 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
+    yield from _fast_water(parts)
     yield from _skimmers(parts)
     yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         yield from _explicit(parts.fluid, parts.phases.values())
+        yield from _contact_angles(parts, parts.fluid)
     if parts.forcing is not None and parts.forcing.waves is not None:
         yield from _waves(parts.forcing.waves, parts.fluid, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
@@ -180,6 +183,17 @@ def _sea_decides(fluid: FluidSettings) -> Iterator[Problem]:
         yield Problem("fluid.interfacial_tension", "is true, allowed in a window: false")
     if any(fluid.gravity[:2]) or fluid.gravity[2] >= 0.0:
         yield Problem("fluid.gravity", f"is {fluid.gravity}, allowed in a window: straight down, as that of the sea")
+
+
+def _contact_angles(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
+    """Yield contact angles of a scenario without interfaces that pull."""
+    angles = {f"bodies.{name}": body.contact_angle for name, body in parts.bodies.items()}
+    if parts.tank is not None:
+        angles["tank"] = parts.tank.contact_angle
+    for place, angle in angles.items():
+        if angle != RIGHT_ANGLE and not fluid.interfacial_tension:
+            allowed = f"with fluid.interfacial_tension = false: {RIGHT_ANGLE:g}"
+            yield Problem(f"{place}.contact_angle", f"is {angle:g} deg, allowed {allowed}")
 
 
 def _names(parts: Parts) -> Iterator[Problem]:
@@ -351,6 +365,24 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
     yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
     if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
         yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
+
+
+def _fast_water(parts: Parts) -> Iterator[Problem]:
+    """Check that no particles meet nets, pockets and reels, which they would take for skirts, and that nothing else holds a reel's boom."""
+    for name, boom in parts.booms.items():
+        if parts.run is not None and parts.run.detail != "none":
+            for part in ("net", "pocket", "reel"):
+                if getattr(boom, part) is not None:
+                    text = 'is given, allowed: with run.detail = "none"; particles would meet a skirt'
+                    yield Problem(f"booms.{name}.{part}", text)
+        if boom.reel is None:
+            continue
+        if "shore" in parts.given:
+            yield Problem(
+                f"booms.{name}.reel", "is given, allowed: without [shore]; on a beach, a tie with `place` pays out"
+            )
+        if any(held_ends(parts.moorings, name, boom.segments)[:1]) or tied_ends(parts.ties, name, boom.segments)[0]:
+            yield Problem(f"booms.{name}.reel", "is given, allowed: without a mooring or a tie at joint 0")
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

@@ -27,7 +27,7 @@ from coupling.solids.signed_distance import Box, SignedDistance
 from coupling.solids.solid_mesh import told_solid
 from coupling.solids.thin_parts import HELD, TIGHT, middle_plane, plate_normals, thinnest_plate
 from coupling.solids.voronoi_shells import STEP, Shells
-from oilsim.boundaries.boundary_particles import BoundaryParticles
+from oilsim.boundaries.boundary_particles import RIGHT_ANGLE, BoundaryParticles
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -89,17 +89,24 @@ class _Layer:
 
 
 def boundary_particles(
-    name: str, mesh: trimesh.Trimesh, particle_spacing: float, *, no_slip: bool = False
+    name: str,
+    mesh: trimesh.Trimesh,
+    particle_spacing: float,
+    *,
+    no_slip: bool = False,
+    contact_angle: float = RIGHT_ANGLE,
 ) -> BoundaryParticles:
     """Return wall particles of a closed mesh, in its coordinates [m], for `Fluid.add_boundary`; raises the errors of `sample_surface`."""
-    return particles_of(name, sample_surface(mesh, particle_spacing), no_slip=no_slip)
+    return particles_of(name, sample_surface(mesh, particle_spacing), no_slip=no_slip, contact_angle=contact_angle)
 
 
-def particles_of(name: str, sampling: SurfaceSampling, *, no_slip: bool = False) -> BoundaryParticles:
+def particles_of(
+    name: str, sampling: SurfaceSampling, *, no_slip: bool = False, contact_angle: float = RIGHT_ANGLE
+) -> BoundaryParticles:
     """Return wall particles from a sampling, in its coordinates [m]; bodies of one shape share the sampling."""
     return BoundaryParticles(
         name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip,
-        normal=sampling.plate_normal,
+        contact_angle=contact_angle, normal=sampling.plate_normal,
     )  # fmt: skip
 
 

@@ -20,10 +20,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
+from oilsim.quantity import quantity, require
 
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
 # [1] layers of wall particles; theory; they fill the support of 2.75 spacings
 LAYERS = 2
+# [deg] contact angle of walls that do not draw one liquid more than another; theory; Young's law
+RIGHT_ANGLE = 90.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +37,7 @@ class BoundaryParticles:
     volume    (M,) [m3; m2 in two dimensions]
     area      (M,) wall to which liquids adhere and stick, that a particle stands for [m2; m in two dimensions]
     no_slip   whether viscous liquids stick to this surface; otherwise they slide along it without friction
+    contact_angle  [deg] at which interfaces meet this surface, through the liquid with the larger interfacial tension
     normal    (M, 3) unit normals [1] of points of plates that no particle may cross (see `plate_guard`), 0 of others; None: there are none
 
     ValueError for arrays of other shapes, and for numbers that are not finite or, of volume and area, negative.
@@ -44,9 +48,11 @@ class BoundaryParticles:
     volume: NDArray[np.float64]
     area: NDArray[np.float64]
     no_slip: bool = False
+    contact_angle: float = quantity("deg", default=RIGHT_ANGLE, at_least=0.0, at_most=180.0)
     normal: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
+        require(f"boundary {self.name!r}", BoundaryParticles, {"contact_angle": self.contact_angle})
         if self.position.ndim != 2 or self.position.shape[1] != 3:
             raise ValueError(f"boundary {self.name!r}: position has shape {self.position.shape}, allowed: (M, 3)")
         for what in ("volume", "area"):
@@ -70,6 +76,7 @@ class BoundaryParticles:
             volume=self.volume[chosen],
             area=self.area[chosen],
             no_slip=self.no_slip,
+            contact_angle=self.contact_angle,
             normal=None if self.normal is None else self.normal[chosen],
         )
 
@@ -136,6 +143,7 @@ def tank_walls(
     dimension: int = 3,
     name: str = "tank",
     no_slip: bool = False,
+    contact_angle: float = RIGHT_ANGLE,
 ) -> BoundaryParticles:
     """Return the wall particles of a box tank whose inside reaches from lower to upper (3,) [m]; `sides` are the closed ones.
 
@@ -162,8 +170,9 @@ def tank_walls(
     # the first layer faces the liquid; edges, which lie behind two sides at once, face none
     facing = ((depth > 0.0).sum(axis=1) == 1) & (depth.max(axis=1) < spacing)
     return BoundaryParticles(
-        name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip
-    )
+        name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip,
+        contact_angle=contact_angle,
+    )  # fmt: skip
 
 
 def solid_box(

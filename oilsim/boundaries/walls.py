@@ -6,7 +6,8 @@ impulses and answer with their inverse mass, each by itself or tied together by 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -81,6 +82,12 @@ def chosen_blocks(matrix: Double, rows: list[int]) -> Double:
     return matrix[np.ix_(axes, axes)]
 
 
+def _of_particles(boundaries: Iterable[BoundaryParticles], value: Callable[[BoundaryParticles], ArrayLike]) -> Real:
+    """Return the `value` of each particle, or of each boundary for all its particles, as (M,) in the order of `boundaries`."""
+    values = [np.broadcast_to(value(each), each.volume.shape).astype(np.float32) for each in boundaries]
+    return np.concatenate([np.empty(0, np.float32), *values])
+
+
 @dataclass
 class MovingBody:
     """Motion of one moving boundary during an advance: pose, twist, answer to impulses, and the impulse received so far.
@@ -117,6 +124,7 @@ class Walls:
         self.points: Real = np.empty((0, 4), np.float32)
         self.volume: Real = np.empty(0, np.float32)
         self.area: Real = np.empty(0, np.float32)
+        self.wetting: Real = np.empty(0, np.float32)  # (M,) cosine of the contact angle [1]
         self.no_slip: Real | None = None
         self.bodies_hold = False  # whether liquid sticks to any body that moves
         self.resting = 0
@@ -316,23 +324,18 @@ class Walls:
         resting = [h for h in self.boundaries if h not in self.moving]
         points = [self.boundaries[h].position.T.astype(np.float32) for h in (*resting, *self.moving)]
         self.position = np.concatenate([np.empty((3, 0), np.float32), *points], axis=1)
-        volumes = [self.boundaries[h].volume.astype(np.float32) for h in (*resting, *self.moving)]
-        self.volume = np.concatenate([np.empty(0, np.float32), *volumes])
-        areas = [self.boundaries[h].area.astype(np.float32) for h in (*resting, *self.moving)]
-        self.area = np.concatenate([np.empty(0, np.float32), *areas])
-        stick = [
-            np.full(len(self.boundaries[h].volume), self.boundaries[h].no_slip, np.float32)
-            for h in (*resting, *self.moving)
-        ]
-        no_slip = np.concatenate([np.empty(0, np.float32), *stick])
+        laid_out = [self.boundaries[h] for h in (*resting, *self.moving)]
+        self.volume = _of_particles(laid_out, lambda each: each.volume)
+        self.area = _of_particles(laid_out, lambda each: each.area)
+        self.wetting = _of_particles(laid_out, lambda each: math.cos(math.radians(each.contact_angle)))
+        no_slip = _of_particles(laid_out, lambda each: each.no_slip)
         self.resting = sum(len(self.boundaries[h].volume) for h in resting)
         still = self._wrapped(self.position[:, : self.resting].astype(np.float64)).astype(np.float32)
         order, self.cell_start = self._search.order_by_cell(np.ascontiguousarray(still))
         self.position[:, : self.resting] = still[:, order]
-        self.volume[: self.resting] = self.volume[order]
-        self.area[: self.resting] = self.area[order]
+        for values in (self.volume, self.area, self.wetting, no_slip):
+            values[: self.resting] = values[order]
         self.points = np.ascontiguousarray(np.vstack([self.position, self.volume]).T)
-        no_slip[: self.resting] = no_slip[order]
         self.no_slip = no_slip if no_slip.any() else None
         self.bodies_hold = bool(no_slip[self.resting :].any())
         self._grid = self._search.grid

@@ -6,11 +6,19 @@ gradient is normal to the interface, and whose integral across it is the tension
     a_i = sum_j V W_ij s_j / sum_j V W_ij                               smoothed tension [N/m]; j = i is one of the sum
     b_i = L_i sum_j V (a_j - a_i) grad W_ij                             its gradient [Pa], L_i as in `particle_sums`
     T_i = |b_i| (1 - n_i n_i^T),   n_i = b_i / |b_i|                    stress of the interface [Pa] (Lafaurie et al. 1994)
-    rho_i0 dv_i/dt = 1/m_0 sum_j V (T_i + T_j) grad W_ij + 2/m_0 T_i sum_b V_b grad W_ib
+    rho_i0 dv_i/dt = 1/m_0 sum_j V (T_i + T_j) grad W_ij + 2/m_0 sum_b V_b (n_w . grad W_ib) t_ib
 
 The force of a pair is antisymmetric, so momentum is exact. Colour functions for particles and the stress in this form: Hu and Adams 2006.
-Walls continue the field of the liquid beside them, so interfaces meet walls and hulls at a right angle. Two liquids with tensions of their
-own have the difference between them. A free surface has none: the sums are divided by what there is to be summed.
+Two liquids with tensions of their own have the difference between them. A free surface has none: the sums are divided by what there is
+to be summed.
+
+A wall pulls on the liquid beside it [Pa] as Young's law has it. With the normal n_w into the wall, along sum_b V_b grad W_ib, and the
+contact angle theta of the wall through the liquid with the larger tension,
+
+    t_ib = (n_w . T_i n_w) n_w - cos theta_b (b_i - (b_i . n_w) n_w)
+
+The second part, summed along the wall across the line where both liquids meet it, is sigma cos theta: an interface at that angle pulls as
+much the other way. At 90 degrees walls do not pull along themselves. Bodies receive the opposite of t_ib.
 
 The stress pulls along the interface. Where the pressure is less than |b|, at most sigma times `STEEPEST` / d, the sum of both is a pull,
 and particles draw together under a pull: the interface breaks up. So liquid that fills a box gets a pressure of at least that much
@@ -66,10 +74,10 @@ def smooth_tensions(begin, end, hood, tension, smoothed):
 
 
 @njit(**FAST)
-def fill_stress(begin, end, hood, plane, smoothed, stress):
-    """Fill stress (N, 8) with T_i [Pa] of the module's docstring, as xx, xy, xz, yy, yz, zz; the last two columns stay as they are.
+def fill_slopes(begin, end, hood, plane, smoothed, slopes):
+    """Fill slopes (N, 8) with b_i [Pa], 1 / |b_i| [1/Pa] and n_w [1] of the module's docstring; the last column stays as it is.
 
-    hood: the `Neighborhood`; plane: whether y is absent; smoothed (N,): a_i [N/m].
+    hood: the `Neighborhood`; plane: whether y is absent; smoothed (N,): a_i [N/m]. n_w is 0 away from walls.
     """
     points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
     inverse_support = ONE / hood.support
@@ -100,42 +108,42 @@ def fill_stress(begin, end, hood, plane, smoothed, stress):
         )  # fmt: skip
         if plane:
             moment = moment[0], moment[1], moment[2], ONE, moment[4], moment[5]
-        set_stress(i, factor * summed(gx), factor * summed(gy), factor * summed(gz), moment, plane, stress)
+        set_slope(i, factor * summed(gx), factor * summed(gy), factor * summed(gz), moment, slopes)
+        nx = ny = nz = ZERO
+        if hood.walls.number[i] > 0:
+            _, (sx, sy, sz) = coverage_and_slope(i, hood)
+            size = math.sqrt(sx * sx + sy * sy + sz * sz + TINY)
+            nx, ny, nz = sx / size, sy / size, sz / size
+        slopes[i, 4], slopes[i, 5], slopes[i, 6] = nx, ny, nz
 
 
 @inlined
-def set_stress(i, gx, gy, gz, moment, plane, stress):
-    """Set row i of stress (N, 8) [Pa], as `fill_stress` has it, from the sum (gx, gy, gz) [Pa] and the fluid's moment [1].
+def set_slope(i, gx, gy, gz, moment, slopes):
+    """Set b_i and 1 / |b_i| in row i of slopes (N, 8) from the sum (gx, gy, gz) [Pa] and the fluid's moment [1].
 
-    It is 0 where neighbours do not span space.
+    b_i is 0 where neighbours do not span space.
     """
-    if not determinant(moment) > REGULAR:
-        for n in range(6):
-            stress[i, n] = ZERO
-        return
-    xx, xy, xz, yy, yz, zz = inverse(moment)
-    bx, by, bz = xx * gx + xy * gy + xz * gz, xy * gx + yy * gy + yz * gz, xz * gx + yz * gy + zz * gz
-    size = math.sqrt(bx * bx + by * by + bz * bz + TINY)
-    nx, ny, nz = bx / size, by / size, bz / size
-    stress[i, 0] = size * (ONE - nx * nx)
-    stress[i, 1] = -size * nx * ny
-    stress[i, 2] = -size * nx * nz
-    stress[i, 3] = ZERO if plane else size * (ONE - ny * ny)
-    stress[i, 4] = -size * ny * nz
-    stress[i, 5] = size * (ONE - nz * nz)
+    bx = by = bz = ZERO
+    if determinant(moment) > REGULAR:
+        xx, xy, xz, yy, yz, zz = inverse(moment)
+        bx, by, bz = xx * gx + xy * gy + xz * gz, xy * gx + yy * gy + yz * gz, xz * gx + yz * gy + zz * gz
+    slopes[i, 0], slopes[i, 1], slopes[i, 2] = bx, by, bz
+    slopes[i, 3] = ONE / math.sqrt(bx * bx + by * by + bz * bz + TINY)
 
 
 @njit(**FAST)
-def pull_along_interfaces(begin, end, hood, stress, scale, velocity):
+def pull_along_interfaces(begin, end, hood, wetting, slopes, scale, velocity):
     """Add dt dv_i/dt of the module's docstring to `velocity` (3, N) [m/s].
 
-    hood: the `Neighborhood`; stress (N, 8) as from `fill_stress`; scale: dt / (m_0 rho_ref) [m3 s/kg].
+    hood: the `Neighborhood`; wetting (M,): cos theta_b [1]; slopes (N, 8) as from `fill_slopes`; scale: dt / (m_0 rho_ref) [m3 s/kg].
     """
     points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
     inverse_support = ONE / hood.support
     factor = hood.volume * inverse_support * inverse_support
     for i in range(begin, end):
         fx = fy = fz = spread(ZERO)
+        ox, oy, oz, per_size = slopes[i, 0], slopes[i, 1], slopes[i, 2], slopes[i, 3]
+        own_size = per_size * (ox * ox + oy * oy + oz * oz)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
@@ -143,39 +151,62 @@ def pull_along_interfaces(begin, end, hood, stress, scale, velocity):
             dx, dy, dz, _ = separations(i, points, points, j, period)
             slope = kernel_slope_over_q(root(dx * dx + dy * dy + dz * dz) * inverse_support, sigma)
             slope = only(present, slope, ZERO)
-            xx, xy, xz, yy = gather_four(stress, j, 0)
-            yz, zz, _, _ = gather_four(stress, j, 4)
-            xx, xy, xz = xx + stress[i, 0], xy + stress[i, 1], xz + stress[i, 2]
-            yy, yz, zz = yy + stress[i, 3], yz + stress[i, 4], zz + stress[i, 5]
             ax, ay, az = slope * dx, slope * dy, slope * dz
-            fx += xx * ax + xy * ay + xz * az
-            fy += xy * ax + yy * ay + yz * az
-            fz += xz * ax + yz * ay + zz * az
-        bx = by = bz = ZERO
+            bx, by, bz, over = gather_four(slopes, j, 0)
+            size = own_size + over * (bx * bx + by * by + bz * bz)
+            own = per_size * (ox * ax + oy * ay + oz * az)
+            other = over * (bx * ax + by * ay + bz * az)
+            fx += size * ax - own * ox - other * bx
+            fy += size * ay - own * oy - other * by
+            fz += size * az - own * oz - other * bz
+        x, y, z = factor * summed(fx), factor * summed(fy), factor * summed(fz)
         if hood.walls.number[i] > 0:
-            _, (sx, sy, sz) = coverage_and_slope(i, hood)
-            bx, by, bz = times_stress(stress, i, TWO * sx, TWO * sy, TWO * sz)
+            facing, wetted = wall_slopes(i, hood, wetting, slopes)
+            wx, wy, wz = wall_pull(i, slopes, facing, wetted)
+            x, y, z = x + wx, y + wy, z + wz
         mobility = scale * points[i, 3]
-        velocity[0, i] += mobility * (factor * summed(fx) + bx)
-        velocity[1, i] += mobility * (factor * summed(fy) + by)
-        velocity[2, i] += mobility * (factor * summed(fz) + bz)
+        velocity[0, i] += mobility * x
+        velocity[1, i] += mobility * y
+        velocity[2, i] += mobility * z
 
 
 @inlined
-def times_stress(stress, i, ax, ay, az):
-    """Return T_i a, in the unit of both; stress (N, 8) [Pa]."""
-    return (
-        stress[i, 0] * ax + stress[i, 1] * ay + stress[i, 2] * az,
-        stress[i, 1] * ax + stress[i, 3] * ay + stress[i, 4] * az,
-        stress[i, 2] * ax + stress[i, 4] * ay + stress[i, 5] * az,
-    )
+def wall_slopes(i, hood, wetting, slopes):
+    """Return sum_b V_b n_w . grad W_ib, and the same with the factor cos theta_b [1/m].
+
+    hood: the `Neighborhood`; wetting (M,): cos theta_b [1]; slopes (N, 8) as from `fill_slopes`.
+    """
+    inverse_support = ONE / hood.support
+    nx, ny, nz = slopes[i, 4], slopes[i, 5], slopes[i, 6]
+    facing = wetted = spread(ZERO)
+    first, last = hood.walls.start[i], hood.walls.start[i] + np.int64(hood.walls.number[i])
+    for k in range(first, last, LANES):
+        present = below(last, k)
+        b = load(hood.walls.neighbor, k, present)
+        dx, dy, dz, volume = separations(i, hood.points, hood.wall_points, b, hood.period)
+        q = root(dx * dx + dy * dy + dz * dz) * inverse_support
+        slope = only(present, volume, ZERO) * kernel_slope_over_q(q, hood.sigma) * (nx * dx + ny * dy + nz * dz)
+        facing += slope
+        wetted += slope * gather(wetting, b)
+    factor = inverse_support * inverse_support
+    return factor * summed(facing), factor * summed(wetted)
+
+
+@inlined
+def wall_pull(i, slopes, facing, wetted):
+    """Return 2 sum_b V_b (n_w . grad W_ib) t_ib [Pa/m]; slopes (N, 8) as from `fill_slopes`, the others as from `wall_slopes`."""
+    bx, by, bz, over = slopes[i, 0], slopes[i, 1], slopes[i, 2], slopes[i, 3]
+    nx, ny, nz = slopes[i, 4], slopes[i, 5], slopes[i, 6]
+    along = bx * nx + by * ny + bz * nz
+    normal = facing * over * (bx * bx + by * by + bz * bz - along * along) + wetted * along
+    return TWO * (normal * nx - wetted * bx), TWO * (normal * ny - wetted * by), TWO * (normal * nz - wetted * bz)
 
 
 @njit(**FAST)
-def pull_on_bodies(pairs, hood, stress, moment, force):
+def pull_on_bodies(pairs, hood, wetting, slopes, moment, force):
     """Add to `force` (bodies, 6) the pull of interfaces on moving bodies, opposite to that on the liquid [N, N m].
 
-    pairs: the step's `BodyPairs`; hood: the `Neighborhood`; stress (N, 8) as from `fill_stress`; moment: m_0 [1].
+    pairs: the step's `BodyPairs`; hood: the `Neighborhood`; wetting, slopes as in `pull_along_interfaces`; moment: m_0 [1].
     """
     points, wall, inverse_support = hood.points, hood.wall_points, ONE / hood.support
     for n in range(pairs.particle.size):
@@ -184,6 +215,8 @@ def pull_on_bodies(pairs, hood, stress, moment, force):
             points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], hood.period
         )
         q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
-        slope = -TWO * hood.volume * wall[b, 3] * kernel_slope_over_q(q, hood.sigma) * inverse_support * inverse_support
-        x, y, z = times_stress(stress, i, dx, dy, dz)
-        add_wrench(force, pairs.body[n], pairs.arm, n, slope / moment * x, slope / moment * y, slope / moment * z)
+        slope = kernel_slope_over_q(q, hood.sigma) * inverse_support * inverse_support
+        facing = wall[b, 3] * slope * (slopes[i, 4] * dx + slopes[i, 5] * dy + slopes[i, 6] * dz)
+        x, y, z = wall_pull(i, slopes, facing, facing * wetting[b])
+        share = -hood.volume / moment
+        add_wrench(force, pairs.body[n], pairs.arm, n, share * x, share * y, share * z)

@@ -94,6 +94,8 @@ def _line_in_words(key: str, meters: float) -> str:
             return f"tow line of {vessel}: {end}"
         case ["booms", boom, "tow_line"]:
             return f"tow lines of boom {boom}: {meters:.1f} m"
+        case ["booms", boom, "reel", "paid_out"]:
+            return f"reel of boom {boom}: {meters:.1f} m out"
     return ""
 
 

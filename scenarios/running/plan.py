@@ -14,9 +14,9 @@ from scenarios.load import scenario_from
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import MeshBody
-from scenarios.schema.order_keys import NEW_TABLES, ORDER_KEYS, matches, why_unfelt
 from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.structuring import as_data, spellings
+from scenarios.signals.order_keys import NEW_TABLES, ORDER_KEYS, matches, why_unfelt
 
 # Terms of a run that its course does not depend on.
 TERM_KEYS = (

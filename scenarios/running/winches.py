@@ -1,9 +1,10 @@
-"""Winches: they bring tow lines and mooring legs to the lengths that orders ask for, each at its own speed."""
+"""Winches: they bring tow lines, mooring legs and booms on reels to the lengths that orders ask for, each at its own speed."""
 
 from __future__ import annotations
 
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.scenario import Scenario
+from scenarios.setup.boom_lines import laid_out, reel_name
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.moorings import leg_name, tie_name
 
@@ -30,6 +31,10 @@ class Winches:
         changes = {leg_name(name): (-leg.hauled, leg.winch_speed) for name, leg in scenario.moorings.items()}
         changes |= {tie_name(name): (-tie.hauled, tie.winch_speed) for name, tie in scenario.ties.items()}
         for boom, settings in scenario.booms.items():
+            reel, mouth = settings.reel, settings.ends[0]
+            if reel is not None and reel.paid_out is not None and not isinstance(mouth, str):
+                more = reel.paid_out - laid_out(self._fleet.booms[boom], mouth)
+                changes[reel_name(boom)] = more, reel.winch_speed
             grown = settings.tow_line - self._laid[boom]
             for end, line in self._fleet.tensions_of(boom).items():
                 hauled = scenario.vessels[end].hauled if end in settings.ends else 0.0

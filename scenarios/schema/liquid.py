@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
 from booms.losses.liquids import OilOnWater
+from oilsim.boundary import BoundaryParticles
 from oilsim.config import FluidConfig, contradictions
 from oilsim.emitter import PipeEmitter
 from oilsim.phases import Phase
@@ -159,6 +160,7 @@ class Tank(Section):
     periodic  axes on which liquid that leaves one side enters the other; the liquid also meets bodies across it, but bodies do not meet
               each other across it
     no_slip   true: the liquid sticks to the walls; false: it slides along them
+    contact_angle  [deg] at which oil meets the walls in water, through the oil; it needs `fluid.interfacial_tension`
     """
 
     lower: Vector = quantity("m")
@@ -166,6 +168,7 @@ class Tank(Section):
     open: tuple[Side, ...] = ()
     periodic: tuple[Axis, ...] = ()
     no_slip: bool = False
+    contact_angle: float = quantity_of(BoundaryParticles, "contact_angle")
 
     def problems(self) -> Iterator[Problem]:
         """Check that the box has a volume, and that no side is both open and periodic."""

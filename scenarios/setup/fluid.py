@@ -151,6 +151,7 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
             periodic=config.periodic,
             dimension=settings.dimension,
             no_slip=tank.no_slip,
+            contact_angle=tank.contact_angle,
         )
         handle = fluid.add_boundary(walls)
     level = water_level(scenario, positions)

@@ -87,7 +87,7 @@ def lay_out(scenario: Scenario) -> Layout:
     if problems:
         raise ScenarioError(problems, scenario.name)
     if bare and world is not None and sea is not None:
-        load_bodies(world, sea, fleet, solids)
+        load_bodies(world, scenario, sea, fleet, solids)
     return Layout(
         level=level,
         positions=positions,

@@ -15,8 +15,9 @@ from booms.deployment import PlacedBody
 from coupling.bodies import about_center_of_mass, mass_properties
 from coupling.rigid.prescribed_motion import PrescribedMotion
 from coupling.solids.solid_mesh import SolidMesh
-from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
+from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
+from oilsim.boundary import RIGHT_ANGLE, BoundaryParticles
 from recordings.frame import Color
 from scenarios.problems import Problem, problems_of
 from scenarios.scenario import Scenario
@@ -46,6 +47,7 @@ class Solid:
     contact: bool = True
     wetted: bool = True
     no_slip: bool = False
+    contact_angle: float = RIGHT_ANGLE
     color: Color | None = None
     envelope: trimesh.Trimesh | None = None
     notes: tuple[str, ...] = ()
@@ -54,6 +56,10 @@ class Solid:
     def name(self) -> str:
         """Name of the body in the run: ``rock``, ``vessels/port``, ``boom/main/segment-03``."""
         return self.placed.name
+
+    def surface(self, sampling: SurfaceSampling) -> BoundaryParticles:
+        """Return the wall particles of a `sampling` of its mesh, in the mesh's coordinates [m]."""
+        return particles_of(self.name, sampling, no_slip=self.no_slip, contact_angle=self.contact_angle)
 
     def least_thickness(self, particle_spacing: float) -> float:
         """Return the thickness [m] as which the fluid meets thinner parts: a body that does not answer to the liquid gets tight plates."""
@@ -124,6 +130,7 @@ def _solid(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> Solid
         release=body.motion.release if isinstance(body.motion, Free) else 0.0,
         contact=body.contact,
         no_slip=body.no_slip,
+        contact_angle=body.contact_angle,
         color=body.color,
         envelope=about_center_of_mass(shape.outer, properties) if is_filled and shape.has_hollow else None,
         notes=_notes(name, body, shape, is_filled=is_filled),

@@ -122,6 +122,7 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_leve
         deployment=settings.kind,
         blockage=blockage(name, scenario, water_level),
         fed_by=settings.fed_by,
+        flow_shares=() if layout.boom.pocket is None else tuple(layout.boom.flow_shares.tolist()),
     )
 
 

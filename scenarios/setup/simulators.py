@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from coupling.assembly import CoupledBodies, couple_world
 from coupling.participants.rigid_bodies import Asked
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from coupling.solids.surface_sampling import SurfaceSampling, particles_of
+from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim.joint_readings import JointReadings
 from oilsim.solver import Fluid
 from scenarios.problems import problems_of
@@ -188,7 +188,7 @@ def _wet(
     """
     handles = {}
     for solid in solids:
-        surface = particles_of(solid.name, samplings[id(solid.placed.mesh)], no_slip=solid.no_slip)
+        surface = solid.surface(samplings[id(solid.placed.mesh)])
         if solid.name not in coupled:
             rotation = Rotation.from_quat(solid.placed.orientation)
             surface = replace(surface, position=rotation.apply(surface.position) + solid.placed.position)

@@ -53,6 +53,23 @@ def test_explicit_viscosity_is_for_thin_liquids() -> None:
     assert found == {"fluid.explicit_viscosity": text}
 
 
+def test_contact_angles_need_interfaces_that_pull() -> None:
+    rock = '[bodies.rock]\nshape = "sphere"\nradius = 0.2\nposition = [0.5, 0.5, 0.1]\nmotion.kind = "fixed"\ncontact_angle = 120.0\n'
+    wetted = {"upper = [1.0, 1.0, 1.0]": "upper = [1.0, 1.0, 1.0]\ncontact_angle = 30.0"}
+    pulling = {"particle_spacing = 0.1": "particle_spacing = 0.1\ninterfacial_tension = true"}
+    allowed = "allowed with fluid.interfacial_tension = false: 90"
+    assert problems_of(rock, instead=wetted) == {
+        "tank.contact_angle": f"is 30 deg, {allowed}",
+        "bodies.rock.contact_angle": f"is 120 deg, {allowed}",
+    }
+    text = SMALL
+    for old, new in (wetted | pulling).items():
+        text = text.replace(old, new)
+    assert scenario_from(tomllib.loads(text + rock)).bodies["rock"].contact_angle == 120.0
+    found = problems_of(rock.replace("120.0", "181.0"), instead=wetted | pulling)
+    assert found == {"bodies.rock.contact_angle": "is 181.0, allowed: 0 or more and at most 180 deg"}
+
+
 def test_two_dimensions_have_no_y() -> None:
     plane = {"particle_spacing = 0.1": "particle_spacing = 0.1\ndimension = 2\ngravity = [0.0, 1.0, -9.81]"}
     moving = {"top = 0.3": "top = 0.3\nvelocity = [1.0, 0.5, 0.0]"}

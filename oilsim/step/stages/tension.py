@@ -7,7 +7,7 @@ import numpy as np
 from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
-from oilsim.tension.interface_stress import fill_stress, pull_along_interfaces, pull_on_bodies, smooth_tensions
+from oilsim.tension.interface_stress import fill_slopes, pull_along_interfaces, pull_on_bodies, smooth_tensions
 
 
 def apply_tension(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
@@ -15,13 +15,14 @@ def apply_tension(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     constants, run, hood, count = tools.constants, tools.team.run, arrays.neighborhood, state.listed
     if constants.tensions is None:
         return
+    wetting = tools.walls.wetting
     with tools.stage("tension"):
-        smoothed, stress = np.empty(count, np.float32), np.empty((count, 8), np.float32)
+        smoothed, slopes = np.empty(count, np.float32), np.empty((count, 8), np.float32)
         run(smooth_tensions, count, hood, constants.tensions.take(state.phase[:count]), smoothed)
-        run(fill_stress, count, hood, constants.plane, smoothed, stress)
+        run(fill_slopes, count, hood, constants.plane, smoothed, slopes)
         scale = np.float32(time_step / (constants.moment * constants.reference_density))
-        run(pull_along_interfaces, state.awake, hood, stress, scale, state.velocity)
+        run(pull_along_interfaces, state.awake, hood, wetting, slopes, scale, state.velocity)
         if arrays.touching.size:
             force = tools.walls.zero_forces()
-            pull_on_bodies(arrays.body_pairs, hood, stress, constants.moment, force)
+            pull_on_bodies(arrays.body_pairs, hood, wetting, slopes, constants.moment, force)
             tools.walls.receive(time_step * force)

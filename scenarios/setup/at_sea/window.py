@@ -12,7 +12,6 @@ from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
 from coupling.participants.windows import WindowsParticipant, overlap
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from coupling.solids.surface_sampling import particles_of
 from oilsim.phases import Phase
 from oilsim.sea import Sea
 from oilsim.window.joint_exchange import JointExchange
@@ -83,7 +82,7 @@ def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
     samplings = sampled(met, window.settings.spacing)
     return {
         solid.name: WindowBody(
-            surface=particles_of(solid.name, samplings[id(solid.placed.mesh)], no_slip=solid.no_slip),
+            surface=solid.surface(samplings[id(solid.placed.mesh)]),
             mesh=solid.placed.mesh,
         )
         for solid in met

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import solid_box
+from oilsim.boundaries.boundary_particles import solid_box, tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase
@@ -63,13 +64,14 @@ def test_drop_is_under_the_pressure_of_laplace(make_fluid):
     assert outside > 0.4 * 500.0 / SPACING  # no pull along the interface
 
 
-def test_pull_keeps_momentum_with_a_body(make_fluid):
+@pytest.mark.parametrize("angle", [90.0, 35.0])
+def test_pull_keeps_momentum_with_a_body(make_fluid, angle):
     fluid = make_fluid(phases=(OIL, WATER), **ROOM)
     points = disturbed(block((-1, 0, -1), (1, 0, 1), SPACING, 2), 0.1 * SPACING, 3) * [1, 0, 1]
     points = points[(np.abs(points[:, 0]) > 0.35) | (np.abs(points[:, 2]) > 0.25)]
     fluid.add_particles(points[points[:, 2] < 0.0], phase="water")
     fluid.add_particles(points[points[:, 2] >= 0.0], phase="oil")
-    body = fluid.add_boundary(solid_box((0.6, 0.1, 0.4), SPACING, dimension=2))
+    body = fluid.add_boundary(replace(solid_box((0.6, 0.1, 0.4), SPACING, dimension=2), contact_angle=angle))
     fluid.set_boundary_motion(body, (0, 0, 0), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
     force, _ = pulled(fluid)
     impulse = fluid.tools.walls.moving[body].impulse
@@ -77,6 +79,21 @@ def test_pull_keeps_momentum_with_a_body(make_fluid):
     assert scale > 0.1 * SIGMA
     assert np.linalg.norm(impulse[:3]) > 1e-3 * scale
     assert np.abs(force.sum(axis=1) + impulse[:3]).max() < 1e-6 * scale
+
+
+@pytest.mark.parametrize("angle", [0.0, 50.0, 90.0, 180.0])
+def test_wall_pulls_along_itself_by_the_law_of_young(make_fluid, angle):
+    """A wall under oil on the left and water on the right pulls them to the right by sigma cos(theta) a metre."""
+    fluid = make_fluid(phases=(OIL, WATER), **ROOM)
+    floor = tank_walls((-2.0, 0.0, 0.0), (2.0, 0.0, 1.0), SPACING, sides=("-z",), dimension=2, contact_angle=angle)
+    fluid.add_boundary(floor)
+    fluid.add_particles(block((-2, 0, 0), (0, 0, 1), SPACING, 2), phase="oil")
+    fluid.add_particles(block((0, 0, 0), (2, 0, 1), SPACING, 2), phase="water")
+    force, place = pulled(fluid)
+    middle = np.abs(place[0]) < 1.0
+    # pairs of particles cancel, so their sum is the pull of the wall
+    assert force[0, middle].sum() == pytest.approx(SIGMA * math.cos(math.radians(angle)), abs=0.01 * SIGMA)
+    assert np.abs(force[:, (place[2] > 0.4) & (place[2] < 0.6)]).max() < 1e-3 * SIGMA
 
 
 def test_flat_interface_feels_nothing_and_a_free_surface_has_no_tension(make_fluid):

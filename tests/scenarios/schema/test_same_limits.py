@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
+import numpy as np
 import pytest
 
 from booms.boom import BoomDesign
+from oilsim.boundary import BoundaryParticles
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind, Zone
@@ -18,7 +20,7 @@ from oilsim.quantity import LARGEST, Quantity, quantities
 from scenarios.problems import ScenarioError
 from scenarios.schema.bodies import WigleyBody
 from scenarios.schema.exercise import BoomSettings, LegSettings, VesselSettings
-from scenarios.schema.liquid import FluidSettings, PhaseSettings, PipeEmitterSettings
+from scenarios.schema.liquid import FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
 from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.parsing.structuring import as_data, structure
 from scenarios.schema.weather import CurrentSettings, WaveSettings, WindSettings, horizontal
@@ -88,6 +90,11 @@ PAIRS = {
     "zone": Pair(
         WaveSettings, {"height": 0.1, "period": 1.0}, Zone, {"lower": (0, 0, 0), "upper": (1, 1, 1), "relaxation_time": 0.5},
         _same("relaxation_time"), _built(Zone),
+    ),
+    "walls": Pair(
+        Tank, {"lower": (0, 0, 0), "upper": (1, 1, 1)}, BoundaryParticles,
+        {"name": "tank", "position": np.zeros((1, 3)), "volume": np.ones(1), "area": np.ones(1)},
+        _same("contact_angle"), _built(BoundaryParticles),
     ),
     "pipe": Pair(
         PipeEmitterSettings, {"phase": "oil", "mouth": (0, 0, 0), "radius": 0.1, "speed": 1.0}, PipeEmitter,

@@ -20,6 +20,7 @@ ORDER_KEYS = (
     "vessels.*.hauled",
     "booms.*.parted",
     "booms.*.tow_line",
+    "booms.*.reel.paid_out",
     "moorings.*.parted",
     "moorings.*.hauled",
     "moorings.*.holding",
