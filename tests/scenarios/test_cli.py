@@ -182,7 +182,6 @@ def test_run_without_recording_imports_no_rerun_and_check_no_solver() -> None:
     code = f"""
 import sys
 from scenarios.cli import main
-from scenarios.text.terminal import flowing
 assert main(["check", "calm-spread"]) == 0
 assert not {{"rerun", "numba", "pybullet", "trimesh", "fmpy"}} & set(sys.modules), "check loads what it does not need"
 assert main(["run", "two-layer", "--no-record", *{QUICK!r}]) == 0
