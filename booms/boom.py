@@ -14,6 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from booms.fast_water.net import Net
+from booms.fast_water.pocket import Pocket
 from oilsim.physical_constants import SEA_WATER_DENSITY
 from oilsim.quantity import quantity, quantity_of, require
 
@@ -38,6 +40,7 @@ class Boom:
                             skirt's depth, the centre of the water's resistance, so that towing does not heel the skirt
     maximum_turn            largest angle [rad] between neighbours when the boom is laid out
     water_density           density [kg/m3] of the water in which the boom floats at its design waterline
+    net, pocket             of a boom for fast water, see `booms.fast_water`: a net below the float in the place of the skirt; a pocket
 
     Raises ValueError for dimensions that no boom can have.
     """
@@ -55,6 +58,8 @@ class Boom:
     joint_height: float | None = quantity("m", default=None)
     maximum_turn: float = quantity("rad", default=math.radians(75.0), above=0.0, below=math.pi)
     water_density: float = quantity("kg/m3", default=SEA_WATER_DENSITY, above=0.0)
+    net: Net | None = None
+    pocket: Pocket | None = None
 
     def __post_init__(self) -> None:
         require("boom", Boom, vars(self), self._problems())
@@ -65,11 +70,19 @@ class Boom:
             yield f"float_draft is {self.float_draft:g} m, allowed: below skirt_depth = {self.skirt_depth:g} m"
         if self.skirt_thickness > self.float_width:
             yield f"skirt_thickness is {self.skirt_thickness:g} m, allowed: up to float_width = {self.float_width:g} m"
+        if self.pocket is not None and not self.flow_shares.min() < 1.0:
+            yield f"pocket.length is {self.pocket.length:g} m, allowed: {self.segment_length:g} m or more, a segment"
 
     @property
     def segment_length(self) -> float:
         """Length of a segment from joint to joint [m]."""
         return self.length / self.segment_count
+
+    @property
+    def flow_shares(self) -> Array:
+        """Share (segment_count,) [-] of the water's speed at each segment: 1, less in a pocket."""
+        shares = np.ones(self.segment_count)
+        return shares if self.pocket is None else self.pocket.flow_shares(self.length, self.segment_count)
 
     @property
     def taper(self) -> float:
@@ -145,7 +158,8 @@ class BoomDesign:
 
     length, segment_count, skirt_depth, freeboard, float_shape, ballast_fraction, water_density: see `Boom`;
     buoyancy_to_weight: gross, volume of the whole boom over the volume that displaces its weight; skirt_thickness [m]: as built;
-    base_width [m]: of the two tubes full of water of a shore-sealing boom, which take the place of skirt and ballast.
+    base_width [m]: of the two tubes full of water of a shore-sealing boom, which take the place of skirt and ballast;
+    net, pocket: see `Boom`.
     """
 
     length: float = quantity_of(Boom, "length")
@@ -158,9 +172,13 @@ class BoomDesign:
     ballast_fraction: float = quantity_of(Boom, "ballast_fraction")
     water_density: float = quantity_of(Boom, "water_density")
     base_width: float | None = quantity("m", default=None, above=0.0)
+    net: Net | None = None
+    pocket: Pocket | None = None
 
     def __post_init__(self) -> None:
-        require("boom", BoomDesign, vars(self))
+        both = self.base_width is not None and self.net is not None
+        problems = ["net is given beside base_width, allowed: one of the two in the place of the skirt"] if both else []
+        require("boom", BoomDesign, vars(self), problems)
 
     def boom(self) -> Boom:
         """Return the boom whose float, as wide as high, gives it the buoyancy that is asked for.
@@ -180,7 +198,13 @@ class BoomDesign:
                 f" ({self.freeboard:g} m), skirt depth ({self.skirt_depth:g} m) and skirt thickness ({self.skirt_thickness:g} m)"
             )
         draft = _bisect(lambda e: wanted - section_buoyancy_to_weight(self._with_draft(e)), smallest, largest)
-        return replace(self._with_draft(draft), length=self.length, segment_count=self.segment_count)
+        return replace(
+            self._with_draft(draft),
+            length=self.length,
+            segment_count=self.segment_count,
+            net=self.net,
+            pocket=self.pocket,
+        )
 
     def _on_tubes(self, width: float) -> Boom:
         """Return a boom of a box of that width [m]: water-filled tubes below the waterline, an air tube above; its weight is the water's.
@@ -205,6 +229,7 @@ class BoomDesign:
             float_shape="box",
             ballast_fraction=self.ballast_fraction,
             water_density=self.water_density,
+            pocket=self.pocket,
         )
 
     def _with_draft(self, float_draft: float) -> Boom:

@@ -20,7 +20,8 @@ class BoomState:
     """Position and motion of a boom of S segments, from the first end to the second.
 
     position (S, 3) of the centres of mass [m], orientation (S, 4) xyzw, velocity (S, 3) [m/s]; joint_points (2, 3):
-    ends of a segment in its body frame [m]; waterline [m]: of the design waterplane above the centre of mass.
+    ends of a segment in its body frame [m]; waterline [m]: of the design waterplane above the centre of mass;
+    flow_share (S,) or scalar [-]: share of the water's speed that meets each segment, below 1 in a pocket.
     """
 
     position: Array
@@ -28,6 +29,7 @@ class BoomState:
     velocity: Array
     joint_points: Array
     waterline: float
+    flow_share: Array | float = 1.0
 
     def line(self) -> Array:
         """Return the boom's line in plan, (S + 1, 2) [m]: its ends and its joints, each the mean of the two that meet there."""
@@ -52,7 +54,7 @@ class BoomState:
     def normal_flow(self, current: Array) -> Array:
         """Return the velocity (S,) [m/s] of each segment through the water along its normal: (v - current) . n; current (2,)."""
         relative = self.velocity[:, :2] - np.asarray(current)[:2]
-        return np.asarray((relative * self.normal()).sum(axis=1))
+        return np.asarray(self.flow_share * (relative * self.normal()).sum(axis=1))
 
     def normal_speed(self, current: Array) -> Array:
         """Return the speed (S,) [m/s] at which water meets each segment along its normal, now."""

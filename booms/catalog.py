@@ -12,12 +12,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 from booms.boom import Boom, BoomDesign
+from booms.fast_water.net import Net
+from booms.fast_water.pocket import Pocket
 from oilsim.physical_constants import KNOT, SEA_WATER_DENSITY
 
-Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net"]
+Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net", "high-speed"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +28,7 @@ class CatalogueBoom:
 
     skirt_depth, freeboard, base_width [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] between connectors;
     strength, connector_strength [N] at which it and its connectors part; maximum_speed_kn [kn]. A figure is None if it is not known.
-    assumed: names of the figures that are usual ones, not the source's; lacking: parts that are not modelled, so that it cannot be laid.
+    net, pocket: of a boom for fast water; assumed: names of the figures that are usual ones, not the source's.
     """
 
     name: str
@@ -34,9 +36,9 @@ class CatalogueBoom:
     kind: Kind
     source: str
     assumed: tuple[str, ...]
-    skirt_depth: float | None = None
-    freeboard: float | None = None
-    buoyancy_to_weight: float | None = None
+    skirt_depth: float
+    freeboard: float
+    buoyancy_to_weight: float
     ballast_fraction: float = 0.35
     base_width: float | None = None
     section_length: float | None = None
@@ -44,7 +46,8 @@ class CatalogueBoom:
     strength: float | None = None
     connector_strength: float | None = None
     maximum_speed_kn: float | None = None
-    lacking: str = ""
+    net: Net | None = None
+    pocket: Pocket | None = None
 
     @property
     def maximum_speed(self) -> float | None:
@@ -52,9 +55,7 @@ class CatalogueBoom:
         return None if self.maximum_speed_kn is None else self.maximum_speed_kn * KNOT
 
     def boom(self, length: float, segment_count: int, *, water_density: float = SEA_WATER_DENSITY) -> Boom:
-        """Design a boom of this kind, `length` [m] long; ValueError for one that is not modelled."""
-        if self.lacking or self.skirt_depth is None or self.freeboard is None or self.buoyancy_to_weight is None:
-            raise ValueError(f"boom {self.name!r} cannot be laid: oilsim does not model {self.lacking}")
+        """Design a boom of this kind, `length` [m] long; ValueError for a pocket that is shorter than a segment."""
         return BoomDesign(
             length=length,
             segment_count=segment_count,
@@ -64,6 +65,8 @@ class CatalogueBoom:
             skirt_thickness=0.005,
             ballast_fraction=self.ballast_fraction,
             base_width=self.base_width,
+            net=self.net,
+            pocket=self.pocket,
             water_density=water_density,
         ).boom()
 
@@ -72,9 +75,10 @@ class CatalogueBoom:
 def catalogue() -> Mapping[str, CatalogueBoom]:
     """Read the catalogue, by name."""
     tables = tomllib.loads(files("booms").joinpath("catalogue.toml").read_text(encoding="utf-8"))
-    return MappingProxyType(
-        {
-            name: CatalogueBoom(name=name, **(table | {"assumed": tuple(table["assumed"])}))
-            for name, table in tables.items()
-        }
-    )
+    return MappingProxyType({name: _entry(name, table) for name, table in tables.items()})
+
+
+def _entry(name: str, table: dict[str, Any]) -> CatalogueBoom:
+    """Return an entry from its table in the file."""
+    parts = {key: kind(**table[key]) for key, kind in (("net", Net), ("pocket", Pocket)) if key in table}
+    return CatalogueBoom(name=name, **(table | parts | {"assumed": tuple(table["assumed"])}))

@@ -8,6 +8,7 @@ chunk holds the checksums of all messages before it. A run that was killed has n
 from __future__ import annotations
 
 import struct
+import sys
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -25,11 +26,23 @@ END, STORE, CHUNK, ACTIVATION = range(4)  # kinds of messages
 _FRAME = struct.Struct("<QQ")
 _LARGEST = 2**32  # bytes of a message; those of a run have less than a thousandth
 _UNCOMPRESSED, _LZ4 = (0, 1), 2
+_ENTITY, _KIND, _INDEX = b"rerun:entity_path", b"rerun:kind", b"index"  # metadata of a chunk, of its columns, of times
+_OF_RUN = 1  # kind of the store that holds the run; the viewer's layout is in another one
 _SEARCHED = 2**20  # bytes looked through at a time
 _CHUNK_KIND = CHUNK.to_bytes(8, "little")
 _LAST = 8  # chunks from the end, among which the one with the checksums is
 SUMS = "crc32"  # its component
 _UNDECODABLE = (ValueError, LookupError, TypeError, OSError, MemoryError, struct.error, pa.ArrowException)
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkPlace:
+    """One chunk of the run: where its message begins and ends in the file [bytes], and its entity; static ones hold for all time."""
+
+    start: int
+    end: int
+    entity_path: str
+    is_static: bool
 
 
 @dataclass(frozen=True)
@@ -42,6 +55,7 @@ class Damage:
         sound: number of all other messages, without the closing one.
         cut: number of bytes, at the end of the file, of a message that is not complete.
         is_ended: true if the file was closed in order.
+        chunks: the sound chunks of the run, in the file's order.
     """
 
     lost_bytes: int
@@ -49,6 +63,7 @@ class Damage:
     sound: int
     cut: int
     is_ended: bool
+    chunks: tuple[ChunkPlace, ...] = ()
 
     @property
     def keeps_from_reading(self) -> bool:
@@ -66,7 +81,7 @@ class Damage:
 def damage(path: Path, copy: BinaryIO | None = None) -> Damage:
     """Find the damage of a file; its sound messages go into ``copy``, if given, without checksums and without an end."""
     lost_bytes = tail = broken = sound = 0
-    is_ended = False
+    is_ended, chunks = False, list[ChunkPlace]()
     with path.open("rb") as file:
         size = path.stat().st_size
         head = file.read(HEAD_BYTES)
@@ -82,15 +97,24 @@ def damage(path: Path, copy: BinaryIO | None = None) -> Damage:
                 continue
             message = _read(file, start, end)
             is_known = known is None or kind != CHUNK or start == place_of_sums or zlib.crc32(message) in known
-            if not (is_known and _is_sound(kind, message[_FRAME.size :])):
+            place = _sound_place(kind, message[_FRAME.size :], start, end) if is_known else None
+            if place is None:
                 broken += 1
             elif kind == END:
                 is_ended = True  # what follows only says where the end is
             else:
                 sound += 1
+                if place.entity_path:
+                    chunks.append(place)
                 if copy is not None and start != place_of_sums:
                     copy.write(message)
-    return Damage(lost_bytes, broken, sound, tail, is_ended)
+    return Damage(lost_bytes, broken, sound, tail, is_ended, tuple(chunks))
+
+
+def read_chunk(file: BinaryIO, place: ChunkPlace) -> pa.RecordBatch:
+    """Read the rows of a chunk; ValueError, or another error of Arrow's, if the file was changed since its place was found."""
+    (batch,) = _batches(dict(_fields(_read(file, place.start, place.end)[_FRAME.size :])))
+    return batch
 
 
 def checksums(path: Path) -> npt.NDArray[np.uint32]:
@@ -154,16 +178,26 @@ def _next_chunk(file: BinaryIO, place: int, size: int) -> int:
     return size
 
 
-def _is_sound(kind: int, content: bytes) -> bool:
-    """Whether a message can be decoded."""
+def _sound_place(kind: int, content: bytes, start: int, end: int) -> ChunkPlace | None:
+    """Return the place of a message that can be decoded, without an entity unless it is a chunk of the run; None if it cannot."""
+    entity, is_static = "", False
     try:
         fields = dict(_fields(content))
         if kind == CHUNK:
             for batch in _batches(fields):
                 batch.validate(full=True)
+                if _is_of_run(fields):
+                    entity = sys.intern((batch.schema.metadata or {}).get(_ENTITY, b"").decode())
+                    is_static = not any((field.metadata or {}).get(_KIND) == _INDEX for field in batch.schema)
     except _UNDECODABLE:
-        return False
-    return True
+        return None
+    return ChunkPlace(start, end, entity, is_static)
+
+
+def _is_of_run(fields: dict[int, int | bytes]) -> bool:
+    """Tell whether a chunk belongs to the run, by the kind (1) of its store (1)."""
+    store = fields.get(1, b"")
+    return isinstance(store, bytes) and dict(_fields(store)).get(1) == _OF_RUN
 
 
 def _batches(fields: dict[int, int | bytes]) -> list[pa.RecordBatch]:

@@ -35,7 +35,7 @@ from scenarios.schema.liquid import (
     SphereFill,
     Tank,
 )
-from scenarios.schema.moorings import MooringSettings, TieSettings, mooring_problems, tie_problems
+from scenarios.schema.moorings import MooringSettings, TieSettings, held_ends, mooring_problems, tie_problems, tied_ends
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
@@ -113,6 +113,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
+    yield from _fast_water(parts)
     yield from _skimmers(parts)
     yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
     if parts.fluid is not None:
@@ -364,6 +365,24 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
     yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
     if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
         yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
+
+
+def _fast_water(parts: Parts) -> Iterator[Problem]:
+    """Check that no particles meet nets, pockets and reels, which they would take for skirts, and that nothing else holds a reel's boom."""
+    for name, boom in parts.booms.items():
+        if parts.run is not None and parts.run.detail != "none":
+            for part in ("net", "pocket", "reel"):
+                if getattr(boom, part) is not None:
+                    text = 'is given, allowed: with run.detail = "none"; particles would meet a skirt'
+                    yield Problem(f"booms.{name}.{part}", text)
+        if boom.reel is None:
+            continue
+        if "shore" in parts.given:
+            yield Problem(
+                f"booms.{name}.reel", "is given, allowed: without [shore]; on a beach, a tie with `place` pays out"
+            )
+        if any(held_ends(parts.moorings, name, boom.segments)[:1]) or tied_ends(parts.ties, name, boom.segments)[0]:
+            yield Problem(f"booms.{name}.reel", "is given, allowed: without a mooring or a tie at joint 0")
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 from oilsim.quantity import quantities
 from scenarios.schema import (
     bodies,
+    boom_parts,
     criteria,
     exercise,
     faults,
@@ -136,7 +137,10 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("vessels.NAME.legs", (exercise.LegSettings,)),
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),
-    ("booms.NAME.bridle", (exercise.BridleSettings,)),
+    ("booms.NAME.bridle", (boom_parts.BridleSettings,)),
+    ("booms.NAME.net", (boom_parts.NetSettings,)),
+    ("booms.NAME.pocket", (boom_parts.PocketSettings,)),
+    ("booms.NAME.reel", (boom_parts.ReelSettings,)),
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
     ("ties.NAME", (moorings.TieSettings,)),

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from booms.fast_water.net import Net
 from booms.losses.accumulation import VISCOUS_LIMIT, accumulation_rate
 from booms.losses.drainage import SUCTION, drainage_rate, held_thickness
 from booms.losses.entrainment import ONSET_RATIO, RATE, entrainment_rate, escaping_share, head_share
 from booms.losses.liquids import OilOnWater
 from booms.losses.overflow import overflow_rate
 from booms.losses.resolution import Resolution
+from booms.losses.seepage import seepage_rate
 from booms.losses.slick import FRICTION, boom_thickness
 from booms.losses.ways import UNDER_FOOT
 from oilsim.quantity import quantity, require
@@ -61,13 +63,16 @@ class Drivers:
 class Closures:
     """The closures of one boom: skirt_depth [m] as built, planing_angle [rad], coefficients, and what the particles resolve.
 
-    resolution None: nothing is resolved, as in a calculation without particles. Raises ValueError for a skirt without depth.
+    resolution None: nothing is resolved, as in a calculation without particles. net: in the place of the skirt; oil seeps through it, and
+    drainage and critical accumulation have the speed of the water that goes under it, U - u (form assumed).
+    Raises ValueError for a skirt without depth.
     """
 
     skirt_depth: float = quantity("m", above=0.0)
     planing_angle: float = math.radians(45.0)
     coefficients: Coefficients = Coefficients()
     resolution: Resolution | None = None
+    net: Net | None = None
 
     def __post_init__(self) -> None:
         require("closures of a boom", Closures, {"skirt_depth": self.skirt_depth})
@@ -88,15 +93,18 @@ class Closures:
         thickness = np.where(wet, boom_thickness(speed, held, oil, friction), 0.0)
         result[LossCause.ENTRAINMENT] = share * self._entrained(speed, held, oil)
         if self.resolution is None or not self.resolution.drainage:
-            limit = held_thickness(speed, drivers.draft, oil, self.coefficients.suction)
+            under = speed if self.net is None else (1.0 - self.net.through_share) * speed
+            limit = held_thickness(under, drivers.draft, oil, self.coefficients.suction)
             result[LossCause.DRAINAGE] = share * drainage_rate(thickness, limit, oil)
-            result[LossCause.CRITICAL_ACCUMULATION] = share * accumulation_rate(speed, thickness, oil)
+            result[LossCause.CRITICAL_ACCUMULATION] = share * accumulation_rate(under, thickness, oil)
         planes = drivers.lean > self.planing_angle
-        under = list(UNDER_FOOT)
-        result[LossCause.PLANING, planes] = result[:, planes][under].sum(axis=0)
-        for cause in under:
+        below = list(UNDER_FOOT)
+        result[LossCause.PLANING, planes] = result[:, planes][below].sum(axis=0)
+        for cause in below:
             if cause is not LossCause.PLANING:
                 result[cause, planes] = 0.0
+        if self.net is not None:
+            result[LossCause.THROUGH] = seepage_rate(np.where(wet, speed, 0.0), thickness, self.net, oil)
         over = self._overflow(drivers, thickness)
         result[LossCause.SUBMERGENCE] = np.where(drivers.sunk, over, 0.0)
         result[LossCause.SPLASH_OVER] = np.where(drivers.sunk, 0.0, over)

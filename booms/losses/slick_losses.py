@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from booms.fast_water.pocket import Pocket
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures, Drivers
-from booms.losses.ways import UNDER_FOOT
+from booms.losses.ways import OVER_TOP, UNDER_FOOT
 from oilsim.slick.loss_cause import LossCause, Pools
 
 Array = NDArray[np.float64]
@@ -22,10 +23,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class PooledBoom:
-    """A boom of a slick: the rows of its segments there, and its closures."""
+    """A boom of a slick: the rows of its segments there, its closures, its pocket, and the rows of the segments that are in it."""
 
     rows: slice
     closures: Closures
+    pocket: Pocket | None = None
+    pocket_rows: slice | None = None
 
 
 class SlickLosses:
@@ -45,7 +48,20 @@ class SlickLosses:
                 rates = boom.closures.rates(_drivers(pools, rows), _mean_oil(pools, rows))
                 rates[np.array(UNDER_FOOT, np.int64)[:, None], np.flatnonzero(pools.is_sealed[rows])] = 0.0
                 total[:, rows] = rates * pools.length[rows]
+                if boom.pocket is not None and boom.pocket_rows is not None:
+                    inside = slice(2 * boom.pocket_rows.start, 2 * boom.pocket_rows.stop)
+                    _in_pocket(total, pools, boom.pocket, inside)
         return {cause: total[cause] for cause in LossCause if total[cause].any()}
+
+
+def _in_pocket(total: Array, pools: Pools, pocket: Pocket, rows: slice) -> None:
+    """Change the rates (causes, P) [m3/s] of a pocket's pools: nothing passes its cover, and what is too much drains out of it."""
+    total[list(OVER_TOP), rows] = 0.0
+    volume = pools.volume[rows]
+    held = float(volume.sum())
+    if held > 0.0:
+        speed = float(np.average(pools.normal_speed[rows], weights=volume))
+        total[LossCause.DRAINAGE, rows] += pocket.overflow(held, speed) * volume / held
 
 
 def _drivers(pools: Pools, rows: NDArray[np.int64]) -> Drivers:

@@ -46,17 +46,23 @@ class Immersion(NamedTuple):
 class Boom:
     """A boom in plan: a polyline of nodes (S + 1, 2) [m] with draft (S,) or scalar [m], from the surface down to the skirt's foot.
 
-    is_closed: the last node is tied to the first one by one more segment, as of a ring. ValueError for a line that cannot be.
+    is_closed: the last node is tied to the first one by one more segment, as of a ring; flow_share (S,) or scalar [-]: share of the
+    water's speed relative to the boom that meets its oil, below 1 in a pocket. ValueError for a line or a share that cannot be.
     """
 
     name: str
     nodes: ArrayLike
     draft: ArrayLike
     is_closed: bool = False
+    flow_share: ArrayLike = 1.0
 
     def __post_init__(self) -> None:
         _require_nodes(f"boom {self.name!r}", self.nodes, 3 if self.is_closed else 2)
         checked_immersion(self, Immersion(self.draft))
+        share = np.asarray(self.flow_share, np.float64)
+        if share.shape not in ((), (self.segments,)) or not ((share > 0.0) & (share <= 1.0)).all():
+            text = f"flow_share is {np.array2string(share, threshold=6)}, allowed: one or {self.segments} numbers above 0 and at most 1"
+            raise ValueError(f"boom {self.name!r}: {text}")
 
     @property
     def segments(self) -> int:
@@ -127,6 +133,7 @@ class Barriers:
     start, end            (S, 2) [m] now; old_start, old_end (S, 2) [m] when the last step began
     draft, lean, freeboard, is_submerged, is_sealed  (S,) of booms, see `Immersion`
     capacity              (S,) [m3/m] of outlines, -1 of booms; carries (S,) whether what sticks moves along
+    flow_share            (S,) [-] of booms, see `Boom`; 1 of outlines
     following, preceding  (S,) the segments tied to its end and its start, -1 at a free end
     """
 
@@ -142,7 +149,7 @@ class Barriers:
         self.capacity = np.full(count, -1.0)
         self.draft, self.lean, self.freeboard = np.zeros(count), np.zeros(count), np.full(count, math.inf)
         self.is_submerged, self.is_sealed = np.zeros((2, count), np.bool_)
-        self.carries = np.ones(count, np.bool_)
+        self.carries, self.flow_share = np.ones(count, np.bool_), np.ones(count)
         self.following, self.preceding = np.arange(1, count + 1), np.arange(-1, count - 1)
         first = 0
         for one in barriers:
@@ -152,6 +159,7 @@ class Barriers:
             if isinstance(one, Outline):
                 self.capacity[rows], self.carries[rows] = one.capacity, one.carries
             else:
+                self.flow_share[rows] = one.flow_share
                 self._immerse(one, Immersion(one.draft))
             self._place(one, one.nodes)
             first = rows.stop

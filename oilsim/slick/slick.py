@@ -153,11 +153,14 @@ class Slick:
             merge_parcels(self.parcels, self.barriers, self.settings.most_parcels, cell)
 
     def relative_velocity(self, water: SurfaceFlow, time: float, duration: float) -> Array:
-        """Return the velocity (S, 2) [m/s] of the water relative to each segment over the step, halfway in time and along the segment."""
+        """Return the velocity (S, 2) [m/s] of the water relative to each segment over the step, halfway in time and along the segment.
+
+        In a pocket it is the slowed water's.
+        """
         barriers = self.barriers
         old, new = barriers.old_start + barriers.old_end, barriers.start + barriers.end
         flow = _velocity(water, 0.25 * (old + new), time + 0.5 * duration)
-        return flow - 0.5 * (new - old) / duration
+        return barriers.flow_share[:, None] * (flow - 0.5 * (new - old) / duration)
 
     def _drift(self, flow: SurfaceFlow, time: float, duration: float, relative: Array) -> None:
         """Spread, carry and disperse all drifting parcels; barriers stop them."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-from rerun.chunk import Chunk
 
 from recordings import entity_paths
 
@@ -35,9 +34,8 @@ class Rows:
         return np.split(self.values, np.cumsum(self.lengths)[:-1])
 
 
-def read_rows(chunk: Chunk, component: str) -> Rows | None:
-    """Read the rows of ``chunk`` for ``component`` (for example "Points3D:positions"); None if it has none."""
-    batch = chunk.to_record_batch()
+def read_rows(batch: pa.RecordBatch, component: str) -> Rows | None:
+    """Read the rows of ``batch``, a chunk's, for ``component`` (for example "Points3D:positions"); None if it has none."""
     if component not in batch.schema.names:
         return None
     column = batch.column(component)
@@ -54,9 +52,8 @@ def read_rows(chunk: Chunk, component: str) -> Rows | None:
     )
 
 
-def read_single(chunk: Chunk) -> dict[str, object]:
+def read_single(batch: pa.RecordBatch) -> dict[str, object]:
     """Read the components of a chunk of one row as plain values; a list of one value counts as the value."""
-    batch = chunk.to_record_batch()
     values: dict[str, object] = {}
     for name in batch.schema.names:
         if pa.types.is_list(batch.schema.field(name).type):

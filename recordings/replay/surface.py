@@ -30,7 +30,7 @@ def seas_at(replay: Replay, indices: Sequence[int]) -> dict[int, DrawnSea]:
     shape: list[int] = []
     is_clear = False
     rows: dict[str, dict[int, npt.NDArray[np.generic]]] = {name: {} for name in _KEPT}
-    for chunk in replay.chunks(f"/{entity_paths.SURFACE}"):
+    for _, chunk in replay.chunks(f"/{entity_paths.SURFACE}"):
         if (lines := read_rows(chunk, "shape")) is not None:
             shape = [int(number) for number in lines.values]
         if (clear := read_rows(chunk, "clear")) is not None:

@@ -190,6 +190,7 @@ def _boom_state(
         velocity=np.array([body.linear_velocity for body in bodies]),
         joint_points=np.array(boom.joint_points),
         waterline=boom.waterline,
+        flow_share=np.array(boom.flow_shares) if boom.flow_shares else 1.0,
     )
     prefix = f"metrics/{boom.name}/" if several else "metrics/"
     scalars = {key.removeprefix(prefix): value for key, value in frame.scalars.items() if key.startswith(prefix)}

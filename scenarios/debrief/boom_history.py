@@ -216,4 +216,5 @@ def _state(boom: BoomDescription, segments: list[BodySeries], row: int) -> BoomS
         velocity=np.array([segment.twist[row, :3] for segment in segments]),
         joint_points=np.array(boom.joint_points),
         waterline=boom.waterline,
+        flow_share=np.array(boom.flow_shares) if boom.flow_shares else 1.0,
     )

@@ -1,9 +1,10 @@
-"""Winches: they bring tow lines and mooring legs to the lengths that orders ask for, each at its own speed."""
+"""Winches: they bring tow lines, mooring legs and booms on reels to the lengths that orders ask for, each at its own speed."""
 
 from __future__ import annotations
 
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.scenario import Scenario
+from scenarios.setup.boom_lines import laid_out, reel_name
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.moorings import leg_name, tie_name
 
@@ -19,6 +20,7 @@ class Winches:
         self._world, self._fleet = world, fleet
         self._laid = {name: boom.tow_line for name, boom in scenario.booms.items()}
         self._step = scenario.run.communication_step
+        self._waiting = {tie_name(name) for name, tie in scenario.ties.items() if tie.waits}
         self._ordered: dict[str, tuple[float, float]] = {}  # length [m] and speed [m/s] by line
         self.take_orders(scenario)
 
@@ -30,12 +32,19 @@ class Winches:
         changes = {leg_name(name): (-leg.hauled, leg.winch_speed) for name, leg in scenario.moorings.items()}
         changes |= {tie_name(name): (-tie.hauled, tie.winch_speed) for name, tie in scenario.ties.items()}
         for boom, settings in scenario.booms.items():
+            reel, mouth = settings.reel, settings.ends[0]
+            if reel is not None and reel.paid_out is not None and not isinstance(mouth, str):
+                more = reel.paid_out - laid_out(self._fleet.booms[boom], mouth)
+                changes[reel_name(boom)] = more, reel.winch_speed
             grown = settings.tow_line - self._laid[boom]
             for end, line in self._fleet.tensions_of(boom).items():
                 hauled = scenario.vessels[end].hauled if end in settings.ends else 0.0
                 changes.setdefault(line, (grown - hauled, settings.winch_speed))
+        fast = {tie_name(name) for name, tie in scenario.ties.items() if tie.made_fast}
         for name, (change, speed) in changes.items():
-            if name in lines.names and (change != 0.0 or name in self._ordered):
+            if name in self._waiting and name not in fast:
+                continue  # its line is still loose
+            if name in lines.names and (change != 0.0 or name in self._ordered or name in fast):
                 self._ordered[name] = lines.laid_length(name) + change, speed
         self.advance()
 

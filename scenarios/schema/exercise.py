@@ -10,12 +10,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 from booms.boom import BoomDesign
 from booms.catalog import catalogue
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem, ScenarioError, unknown
+from scenarios.schema.boom_parts import BridleSettings, NetSettings, PocketSettings, ReelSettings, from_catalogue
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
@@ -181,7 +182,7 @@ class VesselSettings(Section):
             yield Problem("legs", f"start at {starts} s, allowed: each leg after the one before")
 
 
-FROM_CATALOGUE: Mapping[str, float | None] = MappingProxyType(
+FROM_CATALOGUE: Mapping[str, Any] = MappingProxyType(
     {
         "skirt_depth": None,
         "freeboard": None,
@@ -191,6 +192,8 @@ FROM_CATALOGUE: Mapping[str, float | None] = MappingProxyType(
         "strength": None,
         "section_length": None,
         "connector_strength": None,
+        "net": None,
+        "pocket": None,
     }
 )
 """Values of a boom that its catalogue entry gives, and those of a boom without one."""
@@ -199,49 +202,7 @@ FROM_CATALOGUE: Mapping[str, float | None] = MappingProxyType(
 def _boom_problems(name: object) -> Iterator[Problem]:
     """Yield why a scenario cannot lay a boom of the catalogue by this name."""
     if not isinstance(name, str) or name not in catalogue():
-        known = [entry.name for entry in catalogue().values() if not entry.lacking]
-        yield Problem("boom", f"is {name!r}, which {unknown(str(name), known, 'boom of the catalogue')}")
-    elif catalogue()[name].lacking:
-        yield Problem("boom", f"is {name!r}, which cannot be laid: oilsim does not model {catalogue()[name].lacking}")
-
-
-@dataclass(frozen=True, kw_only=True)
-class BridleSettings(Section):
-    """Two legs in which each elastic tow line of a boom ends; they meet in a junction, from which one line goes on.
-
-    at      "boom": the legs come from the top and the foot of the boom's end; "vessel": from both sides of the vessel's tow point
-    legs    [m] lengths of the legs, from the top and the foot, or from port and starboard
-    spread  [m] at a vessel, between the two points that the legs come from, at most the beam
-    """
-
-    at: Literal["boom", "vessel"] = "boom"
-    legs: Point2 = quantity("m", above=0.0)
-    spread: float | None = quantity("m", default=None, above=0.0)
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that a spread is given where it is free, and that legs from there can be taut together."""
-        if self.at == "boom" and self.spread is not None:
-            yield Problem("spread", 'is given, allowed: only with at = "vessel"; at a boom it is the height of the end')
-        if self.at == "vessel":
-            yield from (
-                _legs_meet("legs", self.legs, self.spread)
-                if self.spread
-                else (Problem("spread", 'is missing, allowed: above 0 m with at = "vessel"'),)
-            )
-
-    def problems_at(self, height: float, tow_line: float) -> Iterator[Problem]:
-        """Yield problems with a boom's end of that height [m], and with the length [m] from end to vessel."""
-        if self.at == "boom":
-            yield from _legs_meet("bridle.legs", self.legs, height)
-        if max(self.legs) >= tow_line:
-            yield Problem("bridle.legs", f"are {list(self.legs)} m, allowed: below tow_line = {tow_line:g} m")
-
-
-def _legs_meet(path: str, legs: Point2, spread: float) -> Iterator[Problem]:
-    """Yield a problem if legs [m] from points `spread` [m] apart cannot be taut together."""
-    if not abs(legs[0] - legs[1]) < spread < sum(legs):
-        text = f"are {list(legs)} m from points {spread:g} m apart, allowed: more than that together, and less than that in difference"
-        yield Problem(path, text)
+        yield Problem("boom", f"is {name!r}, which {unknown(str(name), list(catalogue()), 'boom of the catalogue')}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -260,6 +221,8 @@ class BoomSettings(Section):
     ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright; without
                         `boom`, 0.35
     base_width          [m] of the two tubes full of water of a shore-sealing boom: aground it rests on them, and seals (*modelled*)
+    net                 in the place of the skirt: lets water through, holds thick oil (*modelled*); without particles only
+    pocket              of a high-speed system: a covered bag at the middle with slower water (*modelled*); without particles only
     strength            [N] tension at which the boom parts; without it and `boom`, it never does
     section_length      [m] from connector to connector; without it and `boom`, the boom is one section
     connector_strength  [N] tension at which a connector fails; without it, the boom's strength
@@ -269,6 +232,7 @@ class BoomSettings(Section):
     line_breaking_load  [N] tension at which such a line parts; without it, it never does
     bridle              two legs in which each such line ends, at the boom or at its vessel; `tow_line` is then from end to vessel
     winch_speed         [m/s] at which such a line is winched to another `tow_line`, ordered while the run goes on
+    reel                the first end, a point, is the mouth of a reel, from which the boom runs out; without particles only
     losses              "closures": what particles are too coarse to lose is modelled, taken out of the boom and labelled (docs/losses.md);
                         "resolved": only what particles lose by themselves
     seed                of the order in which the closures' losses fall due along the boom
@@ -295,6 +259,8 @@ class BoomSettings(Section):
     skirt_thickness: float = quantity_of(BoomDesign, "skirt_thickness", default=0.005)
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction", default=None)
     base_width: float | None = quantity_of(BoomDesign, "base_width")
+    net: NetSettings | None = None
+    pocket: PocketSettings | None = None
     strength: float | None = quantity("N", default=None, above=0.0)
     section_length: float | None = quantity("m", default=None, above=0.0)
     connector_strength: float | None = quantity("N", default=None, above=0.0)
@@ -302,6 +268,7 @@ class BoomSettings(Section):
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
     line_breaking_load: float | None = quantity("N", default=None, above=0.0)
     bridle: BridleSettings | None = None
+    reel: ReelSettings | None = None
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
     seed: int = quantity("", default=0, at_least=0, at_most=2**31 - 1, whole=True)
@@ -326,7 +293,7 @@ class BoomSettings(Section):
         entry = None if found or self.boom is None else catalogue()[self.boom]
         for name, usual in FROM_CATALOGUE.items():
             if getattr(self, name) is None:
-                object.__setattr__(self, name, usual if entry is None else getattr(entry, name))
+                object.__setattr__(self, name, usual if entry is None else from_catalogue(getattr(entry, name)))
         lacking = [] if found else [name for name in ("skirt_depth", "freeboard") if getattr(self, name) is None]
         found += [Problem(name, "is missing, allowed: a value, or boom = a name of the catalogue") for name in lacking]
         try:
@@ -373,9 +340,24 @@ class BoomSettings(Section):
             yield Problem("area", text)
         elif 0 < len(self.area) < 3:
             yield Problem("area", f"has {len(self.area)} corners, allowed: 3 or more")
+        if self.reel is not None:
+            yield from self._reel_problems(self.reel)
+        if self.net is not None and self.base_width is not None:
+            yield Problem("net", "is given beside base_width, allowed: one of the two in the place of the skirt")
         last = self.segments - 1
         if not all(0 < number <= last for number in self.parted) or len(set(self.parted)) < len(self.parted):
             yield Problem("parted", f"is {list(self.parted)}, allowed: numbers from 1 to {last}, each once")
+
+    def _reel_problems(self, reel: ReelSettings) -> Iterator[Problem]:
+        """Yield why the boom cannot run off its reel."""
+        if isinstance(self.ends[0], str):
+            yield Problem("ends", f"begin with {self.ends[0]!r}, allowed with reel: a point (x, y), its mouth")
+        for name in ("stream", "bulge"):
+            if getattr(self, name) is not None:
+                yield Problem(name, "is given, allowed: without reel, from which a boom runs straight")
+        if reel.paid_out is not None and reel.paid_out > self.length:
+            text = f"is {reel.paid_out:g}, allowed: above 0 and at most length = {self.length:g} m"
+            yield Problem("reel.paid_out", text)
 
 
 def line_problems(vessels: Mapping[str, VesselSettings], booms: Mapping[str, BoomSettings]) -> Iterator[Problem]:

@@ -23,20 +23,20 @@ from booms.deployment import (
     line_in_stream,
     tow_line,
 )
-from coupling.rigid.bridle import meeting_point
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
+from scenarios.setup.boom_lines import lay_off_reel, reel_line, reel_name, strung
 from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
 from scenarios.setup.placed_solids import Solid
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import Drive, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
 from vessels.hull_forces import HullForces
-from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel, rotated
+from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
 from vessels.windage import DRAG_COEFFICIENT, Windage
 
 Array = NDArray[np.float64]
@@ -119,7 +119,7 @@ def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Sol
         booms=booms,
         solids=tuple(solids),
         joints=tuple(joints),
-        lines=(*lines, *place_ties(scenario, booms)),
+        lines=(*lines, *place_ties(scenario, booms, problems)),
         legs=place_moorings(
             scenario,
             booms,
@@ -253,11 +253,18 @@ def _laid(
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
     moored = held_ends(scenario.moorings, name, settings.segments)
     tied = tied_ends(scenario.ties, name, settings.segments)
-    if not any(isinstance(end, str) for end in settings.ends) and not any(moored) and not any(tied):
+    if (
+        settings.reel is None
+        and not any(isinstance(end, str) for end in settings.ends)
+        and not any(moored)
+        and not any(tied)
+    ):
         _require_slack(math.dist(*places), settings.length)
     bulge, stream = bulge_of(settings, scenario), settings.stream
     first, second = places
-    if line is not None:
+    if settings.reel is not None:
+        layout = lay_off_reel(boom, first, second, water_level, f"boom/{name}")
+    elif line is not None:
         layout = lay_along(boom, line, water_level=water_level, name=f"boom/{name}")
     elif stream is None:
         layout = lay_between(boom, first, second, water_level=water_level, name=f"boom/{name}", bulge=bulge)
@@ -272,15 +279,17 @@ def _laid(
             mooring = leg_that_holds(scenario.moorings, name, settings.segments * index)
             ends.tensions[label] = tie_name(tied[index] or "") if mooring is None else leg_name(mooring)
             continue
+        if settings.reel is not None and index == 0:
+            ends.lines.append(reel_line(name, layout, settings.reel))
+            ends.tensions[label] = reel_name(name)
+            continue
         if not isinstance(end, str):
             ends.joints.append(PlacedJoint(name=holds, body_a=segment, body_b=None, point=point))
             ends.tensions[label] = holds
             continue
         tow_point = vessels[end].initial_tow_point(water_level)
         if settings.line_stiffness is not None:
-            ends.lines.append(
-                _strung(holds, vessels[end], segment, np.array([tow_point, point]), settings, water_level)
-            )
+            ends.lines.append(strung(holds, vessels[end], segment, np.array([tow_point, point]), settings, water_level))
             ends.tensions[label] = holds
             continue
         bodies, fast = tow_line(
@@ -290,50 +299,6 @@ def _laid(
         ends.joints += fast
         ends.tensions[label] = fast[-1].name
     return layout, ends
-
-
-def _strung(
-    name: str, vessel: Vessel, segment: str, points: Array, settings: BoomSettings, water_level: float
-) -> PlacedLine | PlacedBridle:
-    """Make an elastic line from a vessel to a boom's end, from and to `points` (2, 3) [m]; water_level [m].
-
-    The line ends in a bridle where there is one. ValueError for a bridle that is wider than its vessel.
-    """
-    assert settings.line_stiffness is not None
-    strength = settings.line_breaking_load or math.inf
-    bodies, bridle = (body_of(vessel.name), segment), settings.bridle
-    if bridle is None:
-        return PlacedLine(
-            name=name,
-            body_a=bodies[0],
-            body_b=bodies[1],
-            points=points,
-            stiffness=settings.line_stiffness,
-            breaking_load=strength,
-        )
-    if bridle.at == "boom":
-        x, y, _ = points[1]
-        heights = water_level + settings.freeboard, water_level - settings.skirt_depth
-        ends = np.array([points[0], *((x, y, height) for height in heights)])
-    else:
-        assert bridle.spread is not None
-        if bridle.spread > vessel.hull.beam:
-            raise ValueError(
-                f"its bridle has a spread of {bridle.spread:g} m, allowed: at most the beam of vessel"
-                f" {vessel.name!r}, {vessel.hull.beam:g} m"
-            )
-        aside = 0.5 * bridle.spread * rotated(np.array([0.0, 1.0, 0.0]), vessel.heading)
-        ends, bodies = np.array([points[1], points[0] + aside, points[0] - aside]), bodies[::-1]
-    return PlacedBridle(
-        name=name,
-        body_a=bodies[0],
-        body_b=bodies[1],
-        points=ends,
-        length=float(np.linalg.norm(meeting_point(ends, bridle.legs) - ends[0])),
-        leg_lengths=bridle.legs,
-        stiffness=settings.line_stiffness,
-        breaking_load=strength,
-    )
 
 
 def _line_of(name: str, scenario: Scenario, vessels: Mapping[str, Vessel], water_level: float) -> Array:
@@ -377,6 +342,8 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         skirt_thickness=settings.skirt_thickness,
         ballast_fraction=settings.ballast_fraction,
         base_width=settings.base_width,
+        net=None if settings.net is None else settings.net.built(),
+        pocket=None if settings.pocket is None else settings.pocket.built(),
         water_density=water_density(scenario),
     )
     boom = design.boom()

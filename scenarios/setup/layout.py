@@ -87,7 +87,7 @@ def lay_out(scenario: Scenario) -> Layout:
     if problems:
         raise ScenarioError(problems, scenario.name)
     if bare and world is not None and sea is not None:
-        load_bodies(world, sea, fleet, solids)
+        load_bodies(world, scenario, sea, fleet, solids)
     return Layout(
         level=level,
         positions=positions,
@@ -189,6 +189,8 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
             world.part_joint(joint_name(name, joint_number))
     _add_lines(world, fleet, problems)
     for name, tie in scenario.ties.items():
+        if tie.waits and tie_name(name) in world.lines.names:
+            world.loosen_line(tie_name(name))
         if tie.parted and tie_name(name) in world.lines.names:
             world.part_line(tie_name(name))
     add_legs(world, fleet.legs, problems)

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 from scenarios.problems import Problem, ScenarioError, suggestion, unknown
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import PipeEmitterSettings
-from scenarios.schema.order_keys import NEW_TABLES, ORDER_KEYS, Felt, matches, why_unfelt
 from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.structuring import as_data, spellings, structure
+from scenarios.signals.order_keys import NEW_TABLES, ORDER_KEYS, Felt, matches, why_unfelt
 from scenarios.signals.score_signals import scores_of
 from scenarios.signals.signal_table import Signal, SignalTables, signals_of
 

@@ -217,6 +217,7 @@ class BoomScore:
             velocity=world.twists(names)[:, :3],
             joint_points=self._layout.segment.joint_points,
             waterline=self._layout.segment.waterline,
+            flow_share=self._layout.boom.flow_shares,
         )
 
     def _tow_speed(self, world: RigidBodyWorld, current: Array) -> float:

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.participant import Causality, Participant
+from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
+from coupling.rigid.rigid_body_world import RigidBodyWorld
 from recordings.entity_paths import BOOM
 from recordings.frame import (
     BodyFrame,
@@ -18,6 +20,7 @@ from recordings.frame import (
     PhaseFrame,
 )
 from recordings.surface import FilmFrame, SurfaceFrame
+from scenarios.setup.boom_lines import paid_out, reel_name
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.moorings import tie_name
 from scenarios.setup.simulators import Simulators
@@ -110,16 +113,39 @@ class FrameReader:
         return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
 
     def _moorings(self) -> dict[str, float]:
-        """Return the tension [N] of each tie and mooring leg, and how far [m] its anchor has dragged."""
+        """Return the tension [N] of each tie, reel and mooring leg, and how far [m] its anchor has dragged."""
         world, series = self._simulators.world, dict[str, float]()
         if world is not None:
             ties = [tie_name(name) for name in self._simulators.scenario.ties]
             series |= {f"{tie}/tension": world.tension(tie) for tie in ties}
+            series |= self._waiting_ties(world) | self._reels(world)
         for leg in self._simulators.fleet.legs if world is not None else ():
             assert world is not None
             line = world.lines[leg.name]
             assert isinstance(line, MooringLeg)
             series |= {f"{leg.name}/tension": line.tension, f"{leg.name}/dragged": line.dragged}
+        return series
+
+    def _waiting_ties(self, world: RigidBodyWorld) -> dict[str, float]:
+        """Return, for each tie that waits to be made fast, the distance [m] of its ends, and whether it is fast, 0 or 1."""
+        series = dict[str, float]()
+        for tie in (tie_name(name) for name, one in self._simulators.scenario.ties.items() if one.waits):
+            line = world.lines[tie]
+            assert isinstance(line, ElasticLine)
+            series |= {f"{tie}/distance": world.line_distance(tie), f"{tie}/made_fast": float(line.made_fast)}
+        return series
+
+    def _reels(self, world: RigidBodyWorld) -> dict[str, float]:
+        """Return the tension [N] at each reel, and the length [m] of boom that it has paid out."""
+        series = dict[str, float]()
+        for name, settings in self._simulators.scenario.booms.items():
+            mouth = settings.ends[0]
+            if settings.reel is not None and not isinstance(mouth, str):
+                reel, layout = reel_name(name), self._simulators.fleet.booms[name]
+                series |= {
+                    f"{reel}/tension": world.tension(reel),
+                    f"{reel}/paid_out": paid_out(name, layout, mouth, world.lines),
+                }
         return series
 
     def _fmu_outputs(self) -> dict[str, float]:

@@ -1,14 +1,16 @@
 """Give oilsim random, damaged and hostile input of every kind, and tell what it does not refuse in words.
 
     python -m tests.fuzz [--scenarios N] [--meshes N] [--fmus N] [--recordings N] [--checkpoints N] [--orders N] [--signals N]
-                         [--criteria N] [--first SEED]
+                         [--criteria N] [--first SEED] [--workers N]
 
-A trial is had again by its seed: `--scenarios 1 --first SEED`, and 0 of the other kinds. The exit status is 1 if one failed.
+Each trial is a fork of a process that has checked every scenario of the library before, so that a trial computes only what its own input
+changes. A trial is had again by its seed: `--scenarios 1 --first SEED`, and 0 of the other kinds. The exit status is 1 if one failed.
 """
 
 from __future__ import annotations
 
 import argparse
+import io
 import multiprocessing
 import os
 import sys
@@ -17,12 +19,14 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import redirect_stdout
 from functools import partial
 from pathlib import Path
 
+from scenarios.cli import main as oilsim
 from tests.fuzz.damaged_files import checkpoint_trial, fmu_trial, make_samples, mesh_trial, recording_trial
 from tests.fuzz.hostile_numbers import criteria_trial, make_exercise, order_trial, signal_trial
-from tests.fuzz.scenario_files import check_of, scenario_trial
+from tests.fuzz.scenario_files import LIBRARY, check_of, scenario_trial
 from tests.fuzz.trials import Outcome, tried
 
 COUNTS = {
@@ -44,6 +48,14 @@ def trials(folder: Path) -> dict[str, Callable[[int], int]]:
         "signals": partial(signal_trial, exercise=exercise),
         "criteria": criteria_trial,
     }
+
+
+def check_library() -> None:
+    """Check every scenario of the library, which loads modules, meshes and kernels once for all trials."""
+    for file in sorted(LIBRARY.glob("*.toml")):
+        with redirect_stdout(io.StringIO()):
+            code = oilsim(["check", file.stem])
+        assert code == 0, f"check {file.stem} gave {code}"
 
 
 _trial: Callable[[int], int]  # of a worker
@@ -84,11 +96,16 @@ def main(arguments: list[str] | None = None) -> int:
     for kind, count in COUNTS.items():
         parser.add_argument(f"--{kind}", type=int, default=count, metavar="N", help=f"how many (default: {count})")
     parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first of each kind")
+    cores = len(os.sched_getaffinity(0))
+    parser.add_argument("--workers", type=int, default=cores, metavar="N", help="trials at once (default: one a core)")
     options = parser.parse_args(arguments)
-    first, workers = options.first, len(os.sched_getaffinity(0))
+    first = options.first
     with tempfile.TemporaryDirectory(prefix="oilsim-fuzz-") as folder:
         kinds = trials(Path(folder))
-        good = [run_kind(kind, kinds[kind], range(first, first + getattr(options, kind)), workers) for kind in COUNTS]
+        seeds = {kind: range(first, first + getattr(options, kind)) for kind in COUNTS}
+        if options.scenarios:
+            check_library()
+        good = [run_kind(kind, kinds[kind], seeds[kind], options.workers) for kind in COUNTS]
     return 0 if all(good) else 1
 
 

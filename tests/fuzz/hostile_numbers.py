@@ -15,7 +15,7 @@ from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.plan import TERM_KEYS, Plan
 from scenarios.scenario import Scenario
-from scenarios.schema.order_keys import ORDER_KEYS
+from scenarios.signals.order_keys import ORDER_KEYS
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import signals_of
 from tests.fuzz.scenario_files import EXTREMES, OTHERS, damaged

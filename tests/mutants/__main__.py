@@ -1,126 +1,167 @@
 """Put seeded faults into a copy of the code, one at a time, and say which of them no test notices.
 
-    python -m tests.mutants [--count 200] [--seed 0] [--only oilsim/sea] [--tests-only]
+    python -m tests.mutants [--count 200] [--seed 0] [--only oilsim,coupling] [--seconds 120] [--recorded-runs]
 
-A fault is noticed if a test of the file's room, or one that imports its module, fails, or if one of the recorded runs of `tests.regression`
-comes out otherwise. Tests stop at the first failure. numba does not see that a kernel inlined from another file has changed, so the copy's
-cache forgets the kernels of every file that imports the changed one.
+A fault is noticed if a quick test fails. Tests that import the faulty file run first, then those that import it through others, until one
+fails or `--seconds` of processor time are over; `--recorded-runs` puts the recorded runs of `tests.regression` behind them. Each result is
+printed and written to mutants-report/results.jsonl at once, and a run that is begun again goes on where it was ended; with more `--seconds`
+it tries what was not noticed again. A test that fails
+without a fault as well does not count: these are looked for at the end, and their faults are tried again by the next run.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import random
-import re
 import shutil
 import subprocess
 import sys
-import tempfile
+from collections.abc import Iterable
 from pathlib import Path
-
-from rich.console import Console
-from rich.progress import track
+from typing import Any
 
 from tests.mutants.mutations import Mutant, mutants_of
+from tests.mutants.nearness import PACKAGES, ImportMap
+from tests.mutants.trial import fault_in_place, preload, run_tests
 
 ROOT = Path(__file__).parent.parent.parent
-PACKAGES = ("oilsim", "coupling", "booms", "vessels", "scenarios")
-LIMIT = 900.0  # [s] a trial that takes longer has noticed: faults that never end are noticed
-IMPORT = re.compile(r"^\s*from ([\w.]+) import|^\s*import ([\w.]+)", re.MULTILINE)
+REPORT = ROOT / "mutants-report"
+LEFT_OUT = (".*", "*.rrd", "site", "__pycache__", "*-report", "build", "dist")
+
+
+class Results:
+    """What came of the faults tried so far, in a file of one line each; what is known of a text that has changed is forgotten."""
+
+    def __init__(self, file: Path) -> None:
+        lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+        self._file, self.known = file, {entry["fault"]: entry for entry in map(json.loads, lines)}
+
+    def add(self, fault: Mutant, **what: Any) -> None:
+        """Write the result of a fault."""
+        self.known[key(fault)] = entry = {"fault": key(fault), **what}
+        with self._file.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(entry, ensure_ascii=False) + "\n")
+
+    def settled(self, fault: Mutant, seconds: float) -> bool:
+        """Tell whether a fault was noticed, or tests of so many seconds did not notice it."""
+        entry = self.known.get(key(fault))
+        return entry is not None and bool(entry["by"] or entry["limit"] >= seconds)
+
+    def forget(self, faults: Iterable[str]) -> None:
+        """Take results back."""
+        for fault in faults:
+            del self.known[fault]
+        text = "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in self.known.values())
+        self._file.write_text(text, encoding="utf-8")
+
+    def durations(self) -> dict[str, float]:
+        """Return the longest time [s] of each file of tests that ran whole."""
+        longest: dict[str, float] = {}
+        for entry in self.known.values():
+            for test, seconds in entry["durations"].items():
+                longest[test] = max(seconds, longest.get(test, 0.0))
+        return longest
+
+
+def key(fault: Mutant) -> str:
+    """Name a fault by its file and its line with the fault in it, which holds until that line changes."""
+    return f"{fault} #{fault.start}"
 
 
 def main() -> int:
-    """Run the trials and print a table; return 1 where a fault went unnoticed."""
+    """Run the trials and print what came of them; return 1 where a fault went unnoticed."""
     parser = argparse.ArgumentParser(
         prog="python -m tests.mutants", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("--count", type=int, default=200, help="faults to draw")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
-    parser.add_argument("--only", default="", help="draw from files whose path begins so")
-    parser.add_argument(
-        "--tests-only", action="store_true", help="leave out the recorded runs, which take most of the time"
-    )
+    parser.add_argument("--only", default="", help="draw from files whose path begins so; several with commas")
+    parser.add_argument("--seconds", type=float, default=120.0, help="processor time of a fault's tests")
+    parser.add_argument("--recorded-runs", action="store_true", help="compare recorded runs, too; minutes each")
     chosen = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="oilsim-mutants-") as folder:
-        copy = Path(folder) / "code"
-        shutil.copytree(
-            ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", ".numba_cache", "*.rrd", "site", "__pycache__")
-        )
-        os.chdir(copy)
-        drawn = draw(chosen.count, chosen.seed, chosen.only)
-        survivors = [
-            one for one in track(drawn, "faults", console=Console(stderr=True)) if not noticed(one, chosen.tests_only)
-        ]
-    print(f"{len(drawn)} faults, {len(drawn) - len(survivors)} noticed")
-    for one in survivors:
-        print("  not noticed:", one)
-    return 1 if survivors else 0
+    copy, cache = REPORT / "code", REPORT / "cache"
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(*LEFT_OUT))
+    cache.mkdir(exist_ok=True)
+    os.chdir(copy)
+    os.environ["NUMBA_CACHE_DIR"] = str(cache)
+    preload()
+    drawn, results = draw(chosen.count, chosen.seed, chosen.only), Results(REPORT / "results.jsonl")
+    imports = ImportMap()
+    for number, fault in enumerate(drawn, 1):
+        if not results.settled(fault, chosen.seconds):
+            what = tried(fault, imports, results.durations(), cache, chosen.seconds, chosen.recorded_runs)
+            results.add(fault, **what)
+            print(f"{number}/{len(drawn)} {told(results.known[key(fault)])}", flush=True)
+    forget_unsound(results, cache)
+    return summary([results.known[key(fault)] for fault in drawn if key(fault) in results.known])
 
 
 def draw(count: int, seed: int, only: str) -> list[Mutant]:
     """Draw faults evenly over all that the files of the present folder can have."""
-    files = sorted(file for package in PACKAGES for file in Path(package).rglob("*.py") if str(file).startswith(only))
-    every = [one for file in files for one in mutants_of(file)]
+    starts = tuple(only.split(","))
+    files = [file for package in PACKAGES for file in Path(package).rglob("*.py") if str(file).startswith(starts)]
+    every = [one for file in sorted(files) for one in mutants_of(file)]
     return random.Random(seed).sample(every, min(count, len(every)))
 
 
-def noticed(mutant: Mutant, tests_only: bool) -> bool:
-    """Run what should notice a fault, with the fault in place, the recorded runs last; leave the file as it was."""
-    before = mutant.file.read_text()
-    try:
-        mutant.file.write_text(mutant.apply())
-        forget_kernels(mutant.file)
-        runs = [] if tests_only else ["tests.regression"]
-        return not all(passes(command) for command in (tests_of(mutant.file), runs) if command)
-    finally:
-        mutant.file.write_text(before)
-        forget_kernels(mutant.file)
+def tried(
+    fault: Mutant, imports: ImportMap, durations: dict[str, float], cache: Path, seconds: float, runs: bool
+) -> dict[str, Any]:
+    """Run what should notice a fault, with the fault in place, and return the result's entries."""
+    tests = imports.tests_of(fault.file, durations)
+    with fault_in_place(fault, imports.stale(fault), cache) as trial_cache:
+        outcome = run_tests(tests, trial_cache, seconds) if tests else None
+        by = outcome.failed if outcome else ""
+        if not by and runs and not recorded_runs_agree(trial_cache):
+            by = "tests.regression"
+    spent, lasted = (outcome.seconds, outcome.durations) if outcome else (0.0, {})
+    whole = dict(list(lasted.items())[:-1]) if by else lasted  # the last file ended at a failure
+    rounded = {test: round(time, 2) for test, time in whole.items()}
+    return {"by": by, "limit": seconds, "seconds": round(spent, 1), "durations": rounded}
 
 
-def passes(arguments: list[str]) -> bool:
-    """Tell whether `python -m` with these arguments ends in time and without a failure."""
-    surroundings = os.environ | {"PYTHONPATH": str(Path.cwd()), "NUMBA_CACHE_DIR": str(Path.cwd() / ".numba_cache")}
-    try:
-        done = subprocess.run(
-            [sys.executable, "-m", *arguments], env=surroundings, capture_output=True, timeout=LIMIT, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return False
-    return done.returncode in (0, 5)  # 5: no test was collected
+def recorded_runs_agree(cache: Path) -> bool:
+    """Tell whether `tests.regression` finds the recorded runs unchanged."""
+    surroundings = os.environ | {"PYTHONPATH": str(Path.cwd()), "NUMBA_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.regression"], env=surroundings, capture_output=True, check=False
+    )
+    return done.returncode == 0
 
 
-def tests_of(file: Path) -> list[str]:
-    """Return the arguments of the tests of a file: its room's, and those that import its module."""
-    module = ".".join(file.with_suffix("").parts)
-    room = Path("tests", *file.parent.parts)
-    while not room.is_dir():
-        room = room.parent
-    near = room.rglob("test_*.py") if room != Path("tests", file.parts[0]) else room.glob("test_*.py")
-    tests = {str(one) for one in near} | {
-        str(one) for one in Path("tests").rglob("test_*.py") if module in imports_of(one)
-    }
-    return ["pytest", "-q", "-x", "-p", "no:cacheprovider", *sorted(tests)] if tests else []
-
-
-def imports_of(file: Path) -> set[str]:
-    """Return the modules that a file imports, by the text of its import statements."""
-    return {first or second for first, second in IMPORT.findall(file.read_text())}
-
-
-def forget_kernels(changed: Path) -> None:
-    """Remove compiled kernels of a file and of all that import it, directly or not, from the copy's cache."""
-    cache = Path(".numba_cache")
-    stale, files = {changed}, {file: imports_of(file) for package in PACKAGES for file in Path(package).rglob("*.py")}
-    while True:
-        modules = {".".join(one.with_suffix("").parts) for one in stale}
-        more = {file for file, imported in files.items() if imported & modules} - stale
-        if not more:
+def forget_unsound(results: Results, cache: Path) -> None:
+    """Run the tests that noticed faults without any, and take back what those that fail again have said."""
+    noticing = {entry["by"] for entry in results.known.values() if "::" in entry["by"]}
+    unsound: set[str] = set()
+    while left := sorted(noticing - unsound):
+        outcome = run_tests(left, cache, seconds=3600.0)
+        if not outcome.failed:
             break
-        stale |= more
-    for file in stale:
-        for kept in cache.rglob(f"{file.stem}.*.nb?"):
-            kept.unlink()
+        unsound.add(outcome.failed)
+    for test in sorted(unsound):
+        print(f"fails without a fault as well: {test}")
+    results.forget([fault for fault, entry in results.known.items() if entry["by"] in unsound])
+
+
+def told(entry: dict[str, Any]) -> str:
+    """Write a result in a line."""
+    return f"{'noticed' if entry['by'] else 'NOT NOTICED'} in {entry['seconds']:.0f} s: {entry['fault']} {entry['by']}"
+
+
+def summary(entries: list[dict[str, Any]]) -> int:
+    """Print the counts by package and what went unnoticed; return 1 if anything did."""
+    survivors = [entry for entry in entries if not entry["by"]]
+    for package in PACKAGES:
+        own = [entry for entry in entries if entry["fault"].startswith(package)]
+        if own:
+            print(f"{package}: {len(own)} faults, {sum(bool(entry['by']) for entry in own)} noticed")
+    print(f"{len(entries)} faults, {len(entries) - len(survivors)} noticed")
+    for entry in survivors:
+        print(" ", told(entry))
+    return 1 if survivors else 0
 
 
 if __name__ == "__main__":

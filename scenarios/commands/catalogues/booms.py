@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from oilsim.physical_constants import POUND_FORCE
@@ -72,10 +72,21 @@ def _card(entry: CatalogueBoom) -> Table:
             card.add_row(
                 name.removesuffix("_kn").replace("_", " "), value + (" (assumed)" if name in entry.assumed else "")
             )
+    for name, value in _parts(entry):
+        card.add_row(name.replace(".", " ").replace("_", " "), value + (" (assumed)" if name in entry.assumed else ""))
     card.add_row("source", entry.source)
-    if entry.lacking:
-        card.add_row("not modelled", f"{entry.lacking}; no scenario can lay it")
     return card
+
+
+def _parts(entry: CatalogueBoom) -> Iterator[tuple[str, str]]:
+    """Yield the figures of a boom for fast water, by name, in words."""
+    if entry.net is not None:
+        yield "net.solidity", f"{entry.net.solidity:.0%} of the area is twine"
+        yield "net.mesh_opening", f"{1e3 * entry.net.mesh_opening:g} mm"
+    if entry.pocket is not None:
+        yield "pocket.length", f"{_metres(entry.pocket.length)} of the boom"
+        yield "pocket.speed_ratio", f"{entry.pocket.speed_ratio:g} of the speed outside"
+        yield "pocket.volume", f"{entry.pocket.volume:g} m3 of oil"
 
 
 def _metres(length: float | None) -> str:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from booms.boom import Boom as BoomSection
 from booms.deployment import BoomLayout
 from booms.losses.rates import Closures
 from booms.losses.slick_losses import PooledBoom, SlickLosses
@@ -128,11 +129,21 @@ def _losses(written: Scenario, slick: Slick, booms: Mapping[str, BoomLayout]) ->
     """Return the closures of the booms that have them."""
     return SlickLosses(
         [
-            PooledBoom(rows=slick.barriers.rows(name), closures=Closures(skirt_depth=layout.boom.skirt_depth))
+            _pooled(slick.barriers.rows(name), layout.boom)
             for name, layout in booms.items()
             if written.booms[name].losses == "closures"
         ]
     )
+
+
+def _pooled(rows: slice, boom: BoomSection) -> PooledBoom:
+    """Return a boom of the slick that has these rows there."""
+    closures = Closures(skirt_depth=boom.skirt_depth, net=boom.net)
+    if boom.pocket is None:
+        return PooledBoom(rows=rows, closures=closures)
+    own = boom.pocket.segments(boom.length, boom.segment_count)
+    inside = slice(rows.start + own.start, rows.start + own.stop)
+    return PooledBoom(rows=rows, closures=closures, pocket=boom.pocket, pocket_rows=inside)
 
 
 def oil_sources(scenario: Scenario) -> dict[str, SpillSource]:
@@ -230,4 +241,4 @@ def _boom_bodies(name: str, layout: BoomLayout, *, seals: bool) -> BoomBodies:
 
 def _boom(name: str, layout: BoomLayout, bodies: BoomBodies) -> Boom:
     poses = np.array([np.concatenate([one.position, one.orientation]) for one in layout.segments])
-    return Boom(name=name, nodes=bodies.nodes(poses), draft=layout.boom.skirt_depth)
+    return Boom(name=name, nodes=bodies.nodes(poses), draft=layout.boom.skirt_depth, flow_share=layout.boom.flow_shares)

@@ -20,6 +20,7 @@ from scenarios.schema.weather import CurrentSettings, ForcingSettings
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
+    from booms.reel import Track
     from coupling.bodies import MassProperties
     from coupling.rigid.rigid_body_world import RigidBodyWorld
     from oilsim.loads.load_model import LoadModel
@@ -53,7 +54,7 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     return (LEFT_OUT.format(scenario.run.detail, ", ".join(names)),) if names else ()
 
 
-def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
+def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
     """Let the sea load all free bodies of the world; ScenarioError with every body that does not float."""
     from oilsim.loads.morison import FloatingBodies
     from scenarios.setup.placed_solids import table_entry
@@ -72,7 +73,24 @@ def load_bodies(world: RigidBodyWorld, sea: Sea, fleet: Fleet, solids: Sequence[
             )
     if problems:
         raise ScenarioError(problems)
-    world.set_environment(FloatingBodies(list(models.values()), sea), list(models))
+    tracks = tuple(_tracks(scenario, fleet, list(models)))
+    if tracks:
+        from booms.reel import ReeledBodies
+
+        world.set_environment(ReeledBodies(list(models.values()), sea, tracks), list(models))
+    else:
+        world.set_environment(FloatingBodies(list(models.values()), sea), list(models))
+
+
+def _tracks(scenario: Scenario, fleet: Fleet, names: Sequence[str]) -> Iterator[Track]:
+    """Yield the lines of booms on reels; names of the loaded bodies."""
+    for name, layout in fleet.booms.items():
+        settings = scenario.booms[name]
+        mouth = settings.ends[0]
+        if settings.reel is not None and not isinstance(mouth, str):
+            from booms.reel import track_of
+
+            yield track_of(layout, mouth, names.index(layout.segments[0].name))
 
 
 def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:

@@ -96,7 +96,7 @@ def test_both_recordings_lie_in_one(pair: tuple[Path, Path], tmp_path: Path) -> 
         frames = {index: phase.position.tobytes() for index, _, phase in Replay(path).phase_frames("oil")}
         copied = {}
         for chunk in open_reader(target).stream().filter(content=[f"/{side}/fluid/oil"]):
-            rows = read_rows(chunk, "Points3D:positions")
+            rows = read_rows(chunk.to_record_batch(), "Points3D:positions")
             if rows is not None:
                 copied |= {index: part.tobytes() for index, part in zip(rows.index.tolist(), rows.split(), strict=True)}
         assert copied == frames

@@ -1,0 +1,1 @@
+"""Booms for fast water: nets, which let the water through, and pockets, which slow it."""

@@ -1,0 +1,107 @@
+"""Lines that hold the ends of booms: elastic tow lines with their bridles, and reels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.boom import Boom
+from booms.deployment import BoomLayout, PlacedBridle, PlacedLine, lay_along
+from coupling.rigid.bridle import meeting_point
+from coupling.rigid.lines import Lines
+from scenarios.schema.boom_parts import ReelSettings
+from scenarios.schema.exercise import BoomSettings, body_of
+from scenarios.schema.parsing.quantity_fields import Point2
+from vessels.vessel import Vessel, rotated
+
+Array = NDArray[np.float64]
+
+
+def strung(
+    name: str, vessel: Vessel, segment: str, points: Array, settings: BoomSettings, water_level: float
+) -> PlacedLine | PlacedBridle:
+    """Make an elastic line from a vessel to a boom's end, from and to `points` (2, 3) [m]; water_level [m].
+
+    The line ends in a bridle where there is one. ValueError for a bridle that is wider than its vessel.
+    """
+    assert settings.line_stiffness is not None
+    strength = settings.line_breaking_load or math.inf
+    bodies, bridle = (body_of(vessel.name), segment), settings.bridle
+    if bridle is None:
+        return PlacedLine(
+            name=name,
+            body_a=bodies[0],
+            body_b=bodies[1],
+            points=points,
+            stiffness=settings.line_stiffness,
+            breaking_load=strength,
+        )
+    if bridle.at == "boom":
+        x, y, _ = points[1]
+        heights = water_level + settings.freeboard, water_level - settings.skirt_depth
+        ends = np.array([points[0], *((x, y, height) for height in heights)])
+    else:
+        assert bridle.spread is not None
+        if bridle.spread > vessel.hull.beam:
+            raise ValueError(
+                f"its bridle has a spread of {bridle.spread:g} m, allowed: at most the beam of vessel"
+                f" {vessel.name!r}, {vessel.hull.beam:g} m"
+            )
+        aside = 0.5 * bridle.spread * rotated(np.array([0.0, 1.0, 0.0]), vessel.heading)
+        ends, bodies = np.array([points[1], points[0] + aside, points[0] - aside]), bodies[::-1]
+    return PlacedBridle(
+        name=name,
+        body_a=bodies[0],
+        body_b=bodies[1],
+        points=ends,
+        length=float(np.linalg.norm(meeting_point(ends, bridle.legs) - ends[0])),
+        leg_lengths=bridle.legs,
+        stiffness=settings.line_stiffness,
+        breaking_load=strength,
+    )
+
+
+def reel_name(boom: str) -> str:
+    """Return the name of a reel among the lines of the world."""
+    return f"reels/{boom}"
+
+
+def lay_off_reel(boom: Boom, mouth: Point2, end: Point2, water_level: float, name: str) -> BoomLayout:
+    """Lay a boom straight from its second end through the mouth of its reel [m], with the wound part behind the mouth.
+
+    ValueError if its end is at the mouth, or farther from it than the boom is long.
+    """
+    way = np.array(end) - np.array(mouth)
+    out = float(np.linalg.norm(way))
+    if not 0.0 < out <= boom.length * (1.0 + 1e-9):
+        raise ValueError(
+            f"its end is {out:g} m from the reel's mouth, allowed: above 0 m and at most its length, {boom.length:g} m"
+        )
+    behind = np.linspace(boom.length, 0.0, boom.segment_count + 1)[:, None]
+    return lay_along(boom, np.array(end) - behind * way / out, water_level=water_level, name=name)
+
+
+def reel_line(boom: str, layout: BoomLayout, reel: ReelSettings) -> PlacedLine:
+    """Return the line that stands for a reel's brake, a segment long as laid: from the boom's inner end to a point behind it."""
+    inner, outer = layout.end_points
+    back = (inner - outer) / layout.boom.length * layout.boom.segment_length
+    return PlacedLine(
+        name=reel_name(boom),
+        body_a=layout.segments[0].name,
+        body_b=None,
+        points=np.array([inner, inner + back]),
+        stiffness=reel.stiffness,
+    )
+
+
+def laid_out(layout: BoomLayout, mouth: Point2) -> float:
+    """Return the length [m] of boom outside the mouth of its reel, as laid."""
+    return float(np.hypot(*(layout.end_points[1][:2] - np.array(mouth))))
+
+
+def paid_out(boom: str, layout: BoomLayout, mouth: Point2, lines: Lines) -> float:
+    """Return the length [m] of boom that a reel has let out, with its line as long as it is now."""
+    name = reel_name(boom)
+    return laid_out(layout, mouth) + lines.length(name) - lines.laid_length(name)

@@ -1,0 +1,96 @@
+"""Which tests are near a file: an import map of the code and the tests, read once from their text."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+
+from tests.mutants.mutations import Mutant
+
+PACKAGES = ("oilsim", "coupling", "booms", "vessels", "recordings", "scenarios")
+UNASKED = (
+    "docs",
+    "fuzz",
+    "mutants",
+    "paper",
+    "benchmarks",
+    "regression",
+)  # rooms of tests that compare texts, or take long
+COMPILING = ("njit", "inlined", "exactly_inlined")  # decorators of kernels
+
+
+class ImportMap:
+    """The imports of all files below the present folder, and what follows from them."""
+
+    def __init__(self) -> None:
+        roots = [Path(package) for package in (*PACKAGES, "tests")]
+        files = sorted(file for root in roots for file in root.rglob("*.py"))
+        self.modules = {_module(file): file for file in files}
+        self.imports = {file: set(self._imported(file)) for file in files}
+
+    def _imported(self, file: Path) -> Iterator[Path]:
+        """Yield the files that a file imports; `from room import module` imports both."""
+        for node in ast.walk(ast.parse(file.read_bytes())):
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                names = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+            else:
+                continue
+            yield from (self.modules[name] for name in names if name in self.modules)
+
+    @cached_property
+    def importers(self) -> dict[Path, set[Path]]:
+        """The files that import a file, by file."""
+        found: dict[Path, set[Path]] = {file: set() for file in self.imports}
+        for file, imported in self.imports.items():
+            for one in imported:
+                found[one].add(file)
+        return found
+
+    def distances(self, file: Path) -> dict[Path, int]:
+        """Count the imports between a file and each that imports it, directly or not; 0 for itself."""
+        reached, edge = {file: 0}, [file]
+        while edge:
+            edge = sorted({one for near in edge for one in self.importers[near] if one not in reached})
+            steps = max(reached.values()) + 1
+            reached |= dict.fromkeys(edge, steps)
+        return reached
+
+    def tests_of(self, file: Path, durations: dict[str, float]) -> list[str]:
+        """Order the tests of a file: those that import or name it, its room's, the others that reach it; `durations` are in seconds."""
+        room, distances = Path("tests", *file.parent.parts), self.distances(file)
+        while not room.is_dir():
+            room = room.parent
+
+        def order(test: Path) -> tuple[bool, bool, int, float, str]:
+            far = distances.get(test, 9)
+            named = far < 2 or test.stem.removeprefix("test_") == file.stem
+            return not named, test.parent != room, far, durations.get(str(test), 5.0), str(test)
+
+        tests = {one for one in (*distances, *room.glob("test_*.py")) if one.name.startswith("test_")}
+        return [str(one) for one in sorted(tests, key=order) if len(one.parts) > 2 and one.parts[1] not in UNASKED]
+
+    def stale(self, fault: Mutant) -> set[Path]:
+        """Name the files whose compiled kernels a fault may change: numba does not see that what a kernel inlines has changed."""
+        tree = ast.parse(fault.file.read_bytes())
+        around = [
+            node for node in ast.walk(tree)
+            if isinstance(node, ast.FunctionDef) and node.lineno <= fault.line <= (node.end_lineno or 0)
+        ]  # fmt: skip
+        if around and not any(_compiled(node) for node in around):
+            return {fault.file}
+        return set(self.distances(fault.file))
+
+
+def _module(file: Path) -> str:
+    """Name the module of a file; a package by its folder."""
+    return ".".join(file.parent.parts if file.name == "__init__.py" else file.with_suffix("").parts)
+
+
+def _compiled(node: ast.FunctionDef) -> bool:
+    """Tell whether numba compiles a function, by its decorators."""
+    names = [one.func if isinstance(one, ast.Call) else one for one in node.decorator_list]
+    return any(isinstance(name, ast.Name) and name.id in COMPILING for name in names)
