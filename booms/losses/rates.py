@@ -79,7 +79,7 @@ class Closures:
 
     @property
     def decide_alone(self) -> bool:
-        """Whether what particles lose under the foot counts for nothing beside the closures: they are too coarse for the flow there."""
+        """Tell whether the closures alone decide what is lost under the foot, since the particles are too coarse for the flow there."""
         return self.resolution is not None and not self.resolution.drainage
 
     def rates(self, drivers: Drivers, oil: OilOnWater) -> Array:
