@@ -15,7 +15,8 @@ ROUND = 1.15  # [-] largest axis ratio of a slick that counts as a circle
 LONG = 1.15  # [-] least axis ratio of a slick that counts as an ellipse
 ALONG = 30.0  # [degrees] largest angle between the wind and the longer axis
 LAST = 2.0  # [s] over which a shape is averaged
-COATED = 0.05  # [-] least share of the rock's dry surface under oil, 5 s after the pipe has ended
+COATED = 0.05  # [-] least share of the rock's dry surface under oil once it has drained
+DRAINED = 5.0  # [s] after the last oil has left the pipe
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,13 +98,15 @@ def drifting(tracks: Sequence[Track]) -> Iterator[Verdict]:
 def coating(tracks: Sequence[Track]) -> Iterator[Verdict]:
     """Judge Fig. 5: oil that hangs on the rock after the pipe has ended, where oil is as thick as the paper's."""
     for track in tracks:
-        last = track.coatings[-1]
+        end = track.pouring_end()
+        last = track.coatings[track.at(end + DRAINED)]
         yield Verdict(
             figure=5,
             statement="oil coats a rock, and stays on it",
             setting=track.scene.setting.name,
-            measured=f"{100.0 * last.covered:.0f} % of its dry surface, {1e3 * last.volume:.2f} l, 5 s after the pipe ends",
-            holds=last.covered > COATED if track.scene.setting is not OURS else None,
+            measured=f"{100.0 * last.covered:.0f} % of its dry surface, {1e3 * last.volume:.2f} l, {DRAINED:g} s after the last oil"
+            f" has left the pipe at {end:.1f} s; at most {100.0 * max(one.covered for one in track.coatings):.0f} %",
+            holds=last.covered > COATED if track.scene.setting != OURS else None,
         )
 
 
