@@ -25,6 +25,7 @@ from recordings.sink.plots import plots_with_series
 Points = npt.NDArray[np.float64]
 MOMENTS = 3
 _DIAGRAMS = 3
+_TITLE_SIZE, _TITLE_LETTERS = 19.0, 80  # letters of that size that fit above the picture
 _ORDERS_OF_INJECTS = "injects"  # source of orders that the text of an inject says in words
 _SCENE_WIDTH = 930  # [pixels], 1.5 times as many as shown
 
@@ -68,7 +69,8 @@ def _draw_title(figure: Figure, replay: Replay) -> None:
     """Write the name, the title, and the numbers that describe the run."""
     run = replay.run
     title = str(run.properties.get("title", "")) or run.name
-    figure.text(0.045, 0.965, title, fontsize=19, fontweight="bold", va="center")
+    size = _TITLE_SIZE * min(1.0, _TITLE_LETTERS / max(len(title), 1))
+    figure.text(0.045, 0.965, title, fontsize=size, fontweight="bold", va="center")
     counts = ", ".join(f"{phase.name} {phase.rest_density:g} kg/m³" for phase in run.phases)
     facts = [run.name, counts, _detail(run)]
     figure.text(0.045, 0.935, "  ·  ".join(fact for fact in facts if fact), fontsize=11, va="center", color="#5c6b76")

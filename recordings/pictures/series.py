@@ -34,7 +34,7 @@ def draw_events(axes: Axes, events: Sequence[Event], span: tuple[float, float]) 
     axes.set_ylim(-1.8, _NAMED_EVENTS - 0.5)
     axes.set_axis_off()
     for place, event in enumerate(shown):
-        row, color = _NAMED_EVENTS - 1 - place, EVENT_COLORS[event.level]
+        row, color = len(shown) - 1 - place, EVENT_COLORS[event.level]
         said = f"{event.source}: {event.text}" if event.source else event.text
         text = shorten(f"{event.time:.1f} s  {said}", _EVENT_LETTERS, placeholder=" ...")
         across = axes.get_yaxis_transform()

@@ -184,7 +184,7 @@ _OWN = (
         what="Time from which on the second end of the boom lay at its berth. Oil does not wait for the boom.",
     ),
     _known(
-        "connected", "Time to connect", "s", measures.connected,
+        "connected", "Time to connect", "s", measures.connected, decisive=True,
         what="Time at which the last tie that waits at this boom was made fast. A boom that ends beside the next one is a gate.",
     ),
     _known(

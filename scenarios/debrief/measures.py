@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -78,23 +79,23 @@ def skimmer(history: BoomHistory) -> float | None:
 
 
 def deployed(history: BoomHistory) -> float | None:
-    """Return the time [s] from which on the second end lay at its berth; the run's end if it never did."""
+    """Return the time [s] from which on the second end lay at its berth; infinity if it did not lie there at the end."""
     series = history.series.get("to_berth")
     if series is None or not len(series.value):
         return None
     away = np.flatnonzero(series.value > AT_BERTH)
-    last = -1 if not len(away) else int(away[-1])
-    return float(series.time[min(last + 1, len(series.time) - 1)])
+    here = int(away[-1]) + 1 if len(away) else 0
+    return float(series.time[here]) if here < len(series.time) else math.inf
 
 
 def connected(history: BoomHistory) -> float | None:
-    """Return the time [s] at which the last of the ties that wait at the boom was made fast; the run's end if one never was."""
+    """Return the time [s] at which the last of the ties that wait at the boom was made fast; infinity if one never was."""
     times = []
     for tie in history.boom.waiting_ties:
         series = history.series.get(f"ties/{tie}/made_fast")
         if series is not None and len(series.value):
             fast = np.flatnonzero(series.value > 0.0)
-            times.append(float(series.time[fast[0] if len(fast) else -1]))
+            times.append(float(series.time[fast[0]]) if len(fast) else math.inf)
     return max(times, default=None)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -134,7 +135,13 @@ def _environment() -> Environment:
         loader=PackageLoader("scenarios.debrief", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["figure"] = three_figures
+    environment.filters["measured"] = _measured
     return environment
+
+
+def _measured(value: float, unit: str) -> str:
+    """Return a measured value with its unit; a time that was never reached is infinite."""
+    return f"{three_figures(value)} {unit}" if math.isfinite(value) else "never"
 
 
 def _chapter(
@@ -309,7 +316,7 @@ def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
             "capped_by": chapter.grade.capped_by,
             "findings": {
                 finding.criterion.key: {
-                    "value": finding.value,
+                    "value": finding.value if finding.value is None or math.isfinite(finding.value) else None,
                     "verdict": finding.verdict,
                     "unit": finding.criterion.unit,
                     "good": finding.criterion.good,

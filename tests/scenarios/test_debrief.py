@@ -23,7 +23,7 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.loss_curve import loss_by_speed
-from scenarios.debrief.measures import connected, over_by_segment, recovered_volume
+from scenarios.debrief.measures import connected, deployed, over_by_segment, recovered_volume
 from scenarios.debrief.page import write_debrief
 from scenarios.debrief.recovery_rates import rate, rate_figures, rates_diagram
 from scenarios.problems import ScenarioError
@@ -262,6 +262,8 @@ def test_oil_that_a_skimmer_took_is_met_and_not_lost(history: BoomHistory) -> No
     assert found["skimmer"] == (5.0, "met")
     assert found["deployed"] == (pytest.approx(1.2), "met")
     assert found["strength"] == (pytest.approx(90.0), "missed")
+    series["to_berth"] = replace(series["to_berth"], value=np.array([30.0, 20.0, 10.0, 16.0]))
+    assert deployed(replace(history, series=series)) == math.inf  # however early the run ended
 
 
 def test_rates_are_means_over_the_window_and_efficiencies_of_the_whole(history: BoomHistory) -> None:
@@ -311,7 +313,7 @@ def test_connecting_counts_from_the_tie_that_was_made_fast_last(history: BoomHis
     def found(*ties: str) -> float | None:
         return connected(replace(history, boom=replace(BOOM, waiting_ties=ties), series=series))
 
-    assert (found(), found("one"), found("one", "two"), found("one", "far")) == (None, 0.7, 1.6, 1.6)
+    assert (found(), found("one"), found("one", "two"), found("one", "far")) == (None, 0.7, 1.6, math.inf)
 
 
 @pytest.mark.parametrize(
