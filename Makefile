@@ -54,7 +54,7 @@ fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMU
 mutants: $(READY)  ## put COUNT seeded faults into a copy of the code, one at a time, and name those that no test notices; some minutes each
 	$(BIN)/python -m tests.mutants --count $(or $(COUNT),200) --seed $(or $(SEED),0) $(if $(ONLY),--only $(ONLY)) $(if $(TESTS_ONLY),--tests-only)
 
-paper: $(READY)  ## draw the figures of Qiu et al. 2021 again in paper-report/, and test the paper's conclusions; some minutes on two quiet cores
+paper: $(READY)  ## draw the figures of Qiu et al. 2021 again in paper-report/, and test the paper's conclusions; some 20 minutes on two cores
 	$(BIN)/python -m tests.paper
 
 clean:

@@ -1,6 +1,6 @@
 """Draw the figures of Qiu et al. 2021 again, and test the paper's conclusions.
 
-    python -m tests.paper [--figures 3,4,5,6] [--finer 1.0] [--steps 40] [--output FOLDER]
+    python -m tests.paper [--figures 3,4,5,6] [--finer 1.0] [--steps 150] [--output FOLDER]
 
 Writes a picture for each figure, and paper.md and paper.json with what was measured. The runs of the figures 3 to 5 take one thread each,
 as many at a time as there are cores; the steps of figure 6 are timed alone, with all cores. The exit status is 1 if a conclusion that is
@@ -57,7 +57,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         help="which figures, of 3, 4, 5, 6 (default: all)",
     )
     parser.add_argument("--finer", type=float, default=1.0, help="divides the spacings of figures 3 to 5 (default: 1)")
-    parser.add_argument("--steps", type=int, default=40, metavar="N", help="steps of 10 ms to time (default: 40)")
+    parser.add_argument("--steps", type=int, default=150, metavar="N", help="steps of 10 ms to time (default: 150)")
     parser.add_argument("--output", type=Path, default=Path("paper-report"), help="folder (default: paper-report)")
     options = parser.parse_args(arguments)
     if not set(options.figures) <= set(FIGURES):

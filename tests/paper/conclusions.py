@@ -16,6 +16,7 @@ LONG = 1.15  # [-] least axis ratio of a slick that counts as an ellipse
 ALONG = 30.0  # [degrees] largest angle between the wind and the longer axis
 LAST = 2.0  # [s] over which a shape is averaged
 COATED = 0.05  # [-] least share of the rock's dry surface under oil once it has drained
+SAVED = 0.05  # [-] least saving of a step's time that counts
 DRAINED = 5.0  # [s] after the last oil has left the pipe
 
 
@@ -113,15 +114,19 @@ def coating(tracks: Sequence[Track]) -> Iterator[Verdict]:
 def costs(timings: Sequence[Timing]) -> Iterator[Verdict]:
     """Judge Fig. 6: relaxation saves time, and viscosity costs time."""
     means = {(one.name, one.viscosity): float(np.mean(one.milliseconds)) for one in timings}
+    middles = {(one.name, one.viscosity): float(np.median(one.milliseconds)) for one in timings}
     names = list(dict.fromkeys(one.name for one in timings))
     oils = sorted({one.viscosity for one in timings})
     plain, relaxed = ([means[name, oil] for oil in oils] for name in names[:2])
+    saved = [1.0 - middles[names[1], oil] / middles[names[0], oil] for oil in oils]
     yield Verdict(
         figure=6,
         statement="relaxation makes steps cheaper (the paper: 15 %)",
         setting=PAPER.name,
-        measured=f"{_list(plain, '.0f')} ms without, {_list(relaxed, '.0f')} ms with it ({oils[0]:g} and {oils[1]:g} Pa s)",
-        holds=all(with_it < without for without, with_it in zip(plain, relaxed, strict=True)),
+        measured=f"{_list(plain, '.0f')} ms without, {_list(relaxed, '.0f')} ms with it ({oils[0]:g} and {oils[1]:g} Pa s); of the median"
+        f" {100.0 * saved[0]:.0f}, {100.0 * saved[1]:.0f} % are saved",
+        holds=min(saved) > SAVED,
+        expected=False,
     )
     yield Verdict(
         figure=6,
