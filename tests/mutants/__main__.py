@@ -80,6 +80,7 @@ def main() -> int:
     preload()
     drawn, results = draw(chosen.files, chosen.each, chosen.seed, chosen.only), Results(REPORT / "results.jsonl")
     imports, total = ImportMap(), sum(map(len, drawn))
+    done = sum(results.settled(fault, chosen.seconds) for faults in drawn for fault in faults)
     for faults in drawn:
         left = [fault for fault in faults if not results.settled(fault, chosen.seconds)]
         for fault, outcome in tried(left, imports, cache, chosen.seconds):
@@ -89,7 +90,8 @@ def main() -> int:
                     by = "" if recorded_runs_agree(trial_cache) else "tests.regression"
             what = {"by": by, "limit": chosen.seconds, "tests": outcome.tests, "seconds": round(outcome.seconds, 1)}
             results.add(fault, **what)
-            print(f"{len(results.known)}/{total} {told(results.known[key(fault)])}", flush=True)
+            done += 1
+            print(f"{done}/{total} {told(results.known[key(fault)])}", flush=True)
     return summary([results.known[key(fault)] for faults in drawn for fault in faults])
 
 
