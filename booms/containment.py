@@ -226,6 +226,11 @@ class ContainmentTracker:
         self._wrapped[particle] = False
         self._place[particle] = np.nan  # it has changed places: its next way is unknown
 
+    def keep(self, particle: int) -> None:
+        """Count a lost particle as retained again, as if it had never been lost; a closure has put it back before the boom."""
+        self._fate[particle], self._was_inside[particle] = _Fate.RETAINED, True
+        self._place[particle] = np.nan  # as in `lose`
+
     def standing(self) -> Standing:
         """Return the standing of the particles that are held or lost, which are few in a sea."""
         ids = np.flatnonzero(self._fate != _Fate.FREE)

@@ -48,7 +48,10 @@ class PlacedJoint:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedLine:
-    """An elastic line from body_a to body_b (None: the world), fast at points (2, 3) [m] of the world; stiffness EA, breaking load [N]."""
+    """An elastic line from body_a to body_b (None: the world), fast at points (2, 3) [m] of the world; stiffness EA, breaking load [N].
+
+    loose_length: of a line that is to be made fast later, its length [m] when it has been hauled in.
+    """
 
     name: str
     body_a: str
@@ -56,11 +59,14 @@ class PlacedLine:
     points: Array
     stiffness: float
     breaking_load: float = math.inf
+    loose_length: float | None = None
 
     @property
     def length(self) -> float:
         """Length [m] as laid, taut and without tension."""
-        return float(np.linalg.norm(self.points[1] - self.points[0]))
+        return (
+            float(np.linalg.norm(self.points[1] - self.points[0])) if self.loose_length is None else self.loose_length
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,6 +1,6 @@
 """Runs every shipped scenario, coarse and short, and draws its picture from its recording into docs/pictures.
 
-``python docs/pictures.py [NAME ...]``: about ten minutes on one core for all of them.
+``python docs/pictures.py [NAME ...]``: about half an hour on one core for all of them.
 """
 
 from __future__ import annotations
@@ -35,6 +35,27 @@ RUNS: dict[str, list[str]] = {
     "floating-box": ["--demo"],
     "two-layer": ["--set", "fluid.particle_spacing=0.033", "--until", "2"],
     "still-column": ["--until", "2"],
+    # exercises, with the orders of a good crew
+    "j-sweep-skimmer": [
+        "--set",
+        "injects.waits={at=155.0, orders=['tow.speed_kn=0.05'], text='The crew waits for the brush'}",
+    ],
+    "v-sweep": [],
+    "open-apex-follow": [],
+    "anchored-containment": [],
+    "inlet-exclusion": [],
+    "river-diversion-cascade": ["--until", "125"],
+    "shore-seal": [],
+    "deploy-and-connect": [
+        "--set",
+        "injects.connects={when={signal='ties.connect.distance', below=4.0}, orders=['ties.connect.made_fast=true'],"
+        " text='The crew connects the booms'}",
+    ],
+    "launch-from-slip": [
+        "--set",
+        "injects.pays={at=12.0, orders=['ties.brake.hauled=-54.0'], text='The crew ashore pays out'}",
+    ],
+    "tow-speed-ramp": ["--demo"],
 }
 
 

@@ -29,6 +29,8 @@ class BoomDescription:
     deployment       kind of exercise: "sweep", "funnel", "containment", "exclusion" or "diversion"
     blockage         part [-] of the water's section that the boom, and what tows it, fill across their way; 0 if it was not recorded
     fed_by           names of the funnels whose oil it is to meet
+    skimmers         names of the skimmers that may take its oil, those on other booms not; None if it was not recorded
+    waiting_ties     names of the ties that a crew is to make fast at it while the run goes on
     flow_shares      [-] share of the water's speed that meets each segment, below 1 in a pocket; empty: 1 at all
     """
 
@@ -44,6 +46,8 @@ class BoomDescription:
     deployment: str = "sweep"
     blockage: float = 0.0
     fed_by: tuple[str, ...] = ()
+    skimmers: tuple[str, ...] | None = None
+    waiting_ties: tuple[str, ...] = ()
     flow_shares: tuple[float, ...] = ()
 
     @property

@@ -3,6 +3,10 @@
 At every `INTERVAL` of simulated time the closures' losses are booked into budgets, less what the particles lost by themselves. Where a
 segment owes a particle, the held oil particle nearest to its foot changes place with a water particle behind and below the foot, or, over
 the top, behind the float. Volume, mass and momentum stay exact, and the lost oil is seen and drifts on.
+
+A skirt of few particles lets oil through that a real one holds. So where the spacing does not resolve the flow under the foot, and the
+skirt stands, a particle that is lost there in excess of the closures is held back: it changes place with a water particle before the skirt.
+Where the skirt leans over, or half of it is out of the water, the particles go as they will.
 """
 
 from __future__ import annotations
@@ -24,7 +28,7 @@ from booms.losses.rates import Closures, Drivers
 from booms.losses.slick import front_thickness
 from booms.losses.strips import segments_ahead, standing_share
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
-from booms.losses.ways import WAYS
+from booms.losses.ways import UNDER_FOOT, WAYS
 from oilsim.slick.loss_cause import LossCause
 from oilsim.solver import Fluid
 
@@ -34,7 +38,8 @@ Ids = NDArray[np.int64]
 # [s] between two looks; numerical: short against waves and against the time d / U in which water passes a skirt
 INTERVAL = 0.1
 LEAST_FRONT = 0.1  # [-] share of its length that a segment counts as front at least, however it lies to the flow
-BEYOND = 1.5  # [spacings] behind the boom at which lost oil appears
+BEYOND = 1.5  # [spacings] behind the boom at which lost oil appears, and before it at which oil is held back
+STANDING = 0.5  # [-] of the skirt's depth in the water, from which on it holds oil back
 REACH = 3.0  # [spacings] around that place in which a water particle is looked for
 
 
@@ -84,7 +89,13 @@ class ClosureLosses:
         self._speed = np.zeros(boom.segments)  # [m/s] against each segment, low-pass
         self._draft = np.full(boom.segments, boom.closures.skirt_depth)  # [m], low-pass
         self._swaps = 0
+        self._held_back = 0
         self.rate = 0.0  # [m3/s] by all closures, at the last look
+
+    @property
+    def held_back(self) -> float:
+        """Oil [m3] that particles let through in excess of the closures, and that was put back, summed over time."""
+        return self._held_back * self._volume
 
     def act(self, time: float, fluid: Fluid, tracker: ContainmentTracker, state: BoomState, level: float) -> None:
         """Add up the losses since the last look, and carry out what is due; `state` of the boom at `time` [s], level [m] of still water."""
@@ -105,6 +116,8 @@ class ClosureLosses:
         rates = self._boom.closures.rates(drivers, oil) * self._boom.segment_length
         self.rate = float(rates.sum())
         self._budgets.add(rates * duration, self._resolved(standing, before), duration)
+        if self._boom.closures.decide_alone:
+            self._hold_back(fluid, tracker, state, drivers, standing, self._fresh(standing, before))
         for segment, way, cause in self._due():
             self._carry_out(time, fluid, tracker, state, held, (segment, way, cause))
 
@@ -158,10 +171,13 @@ class ClosureLosses:
         facing = np.abs(normal @ mean) / size if size > 0.0 else np.ones(boom.segments)
         return np.asarray(volume / (boom.segment_length * np.maximum(facing, LEAST_FRONT)))
 
+    def _fresh(self, standing: Standing, since: float) -> NDArray[np.bool_]:
+        """Return which particles (N,) of `standing` a segment lost by itself from `since` [s] on."""
+        return (standing.lost_at >= since) & ~standing.modelled & (standing.segment < self._boom.segments)
+
     def _resolved(self, standing: Standing, since: float) -> Array:
         """Return the oil [m3] that particles lost by themselves from `since` [s] on, by cause and segment (causes, S)."""
-        segments = self._boom.segments
-        fresh = (standing.lost_at >= since) & ~standing.modelled & (standing.segment < segments)
+        segments, fresh = self._boom.segments, self._fresh(standing, since)
         place = standing.cause[fresh].astype(np.int64) * segments + standing.segment[fresh]
         count = np.bincount(place, minlength=len(LossCause) * segments)
         return self._volume * count.reshape(len(LossCause), segments).astype(np.float64)
@@ -188,7 +204,7 @@ class ClosureLosses:
         segment, way, cause = due
         mine = np.flatnonzero(held.segment == segment)
         place, highest = self._way_out(state, segment, way)
-        water = self._water_at(fluid, state, place, highest)
+        water = self._water_at(fluid, state, place, (-math.inf, highest), side=-1.0)
         if not len(mine) or water is None:
             return
         distance = ((held.position[mine] - place) ** 2).sum(axis=1)
@@ -210,8 +226,45 @@ class ClosureLosses:
             return np.array([*plan, min(top, state.position[segment, 2] + state.waterline)]), math.inf
         return np.array([*plan, foot - 0.75 * boom.spacing]), float(foot) + 0.5 * boom.spacing
 
-    def _water_at(self, fluid: Fluid, state: BoomState, place: Array, highest: float) -> int | None:
-        """Return the id of the water particle nearest to a place (3,) [m], behind the boom and below a height [m]; None if none is near."""
+    def _hold_back(
+        self,
+        fluid: Fluid,
+        tracker: ContainmentTracker,
+        state: BoomState,
+        drivers: Drivers,
+        standing: Standing,
+        fresh: NDArray[np.bool_],
+    ) -> None:
+        """Put particles that were lost under the foot in excess of the closures back before the skirt, where it stands."""
+        boom, under = self._boom, WAYS.index(UNDER_FOOT)
+        fresh &= np.isin(standing.cause, UNDER_FOOT) & np.isin(standing.ids, fluid.particles.id)
+        stands = (drivers.draft > STANDING * boom.closures.skirt_depth) & (drivers.lean < boom.closures.planing_angle)
+        for particle, segment in zip(standing.ids[fresh], standing.segment[fresh].astype(np.int64), strict=True):
+            if not (stands[segment] and self._budgets.is_overdrawn(segment, under)):
+                continue
+            place, foot = self._before(state, int(segment))
+            water = self._water_at(fluid, state, place, (foot, math.inf), side=1.0)
+            if water is not None:
+                fluid.swap_particles([particle], [water])
+                tracker.keep(int(particle))
+                self._budgets.take_back(segment, under)
+                self._held_back += 1
+
+    def _before(self, state: BoomState, segment: int) -> tuple[Array, float]:
+        """Return a place (3,) [m] before a segment, half way down the skirt, and the height [m] of its foot."""
+        boom, line = self._boom, state.line()
+        foot = state.heights(boom.freeboard, boom.closures.skirt_depth)[1][segment]
+        before = 0.5 * boom.float_width + BEYOND * boom.spacing
+        plan = 0.5 * (line[segment] + line[segment + 1]) - before * state.normal()[segment]
+        return np.array([*plan, foot + 0.5 * boom.closures.skirt_depth]), float(foot)
+
+    def _water_at(
+        self, fluid: Fluid, state: BoomState, place: Array, heights: tuple[float, float], side: float
+    ) -> int | None:
+        """Return the id of the water particle nearest to a place (3,) [m] between two heights [m]; None if none is near.
+
+        side: 1 before the boom, -1 behind it.
+        """
         particles, spacing = fluid.particles, self._boom.spacing
         phases = [fluid.config.phase_index(name) for name in self._boom.waters]
         near = np.ones(fluid.particle_count, np.bool_)
@@ -220,8 +273,8 @@ class ClosureLosses:
         index = np.flatnonzero(near)
         index = index[np.isin(particles.phase[index], phases)]
         position = particles.position[:, index].T.astype(np.float64)
-        behind = signed_distance(position[:, :2], state.line())[0] < -1.01 * spacing
-        allowed = behind & (position[:, 2] < highest)
+        beyond = side * signed_distance(position[:, :2], state.line())[0] > 1.01 * spacing
+        allowed = beyond & (position[:, 2] > heights[0]) & (position[:, 2] < heights[1])
         if not allowed.any():
             return None
         index, position = index[allowed], position[allowed]
@@ -236,6 +289,7 @@ class ClosureLosses:
             "speed": self._speed.copy(),
             "draft": self._draft.copy(),
             "swaps": self._swaps,
+            "held_back": self._held_back,
             "rate": self.rate,
             "budgets": self._budgets.save_state(),
         }
@@ -243,5 +297,6 @@ class ClosureLosses:
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go back to a state that `save_state` returned."""
         self._time, self._swaps, self.rate = saved["time"], int(saved["swaps"]), float(saved["rate"])
+        self._held_back = int(saved["held_back"])
         self._speed, self._draft = saved["speed"].copy(), saved["draft"].copy()
         self._budgets.restore_state(saved["budgets"])

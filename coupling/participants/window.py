@@ -47,6 +47,12 @@ Target = Callable[[Mapping[str, Array]], Array]
 
 # [d] over which the share of a point of a body goes from 0 to 1; numerical; a support of the particles
 FADE = 2.75
+# [d] from the middle, out into the rim, within which particles meet a body that has no share yet; numerical; two supports
+APPROACH = 5.5
+# [1] share of the rim's width that this takes at most; numerical; a body stays away from the sides, where the box repeats
+APPROACH_SHARE = 0.5
+# [d] farther out at which a body leaves again; numerical; one that hovers does not come and go
+STAY = 1.0
 # [d] between a body's surface and the nearest water when it comes in; numerical; as at the start of a run
 CLEARANCE = 0.5
 # [d] between water and water that is put back; numerical; nearer pairs would be pressed apart
@@ -153,7 +159,7 @@ class WindowParticipant(FluidParticipant):
         self.window.follow(self._target(dict(zip(self.shares.names, pose, strict=True))), time)
         now, later = self._sea_over(pose, twist, time, 0.0), self._sea_over(pose, twist, time, step_size)
         self.shares.begin(time)
-        self._meet(pose, now)
+        self._meet(pose, now, self._present(now))
         accelerating = (later.twist - now.twist) / step_size
         added = (accelerating[:, 2:3] / GRAVITY) * HYDROSTATIC * self._last
         self._fluid.time = time
@@ -199,22 +205,32 @@ class WindowParticipant(FluidParticipant):
         near[self._met] = True
         return np.flatnonzero(near)
 
-    def _shares_of(self, now: LocalMotion) -> Array:
-        """Return every body's share (B,); one far away is in none of the images of the box, which repeats."""
+    def _inward(self, now: LocalMotion) -> Array:
+        """Return the ways (B, 4) [m] of the bodies' points from the rim into the middle; below 0 in the rim, and far away."""
         rim, along = self.window.rim, list(self.window.rim.along)
         inward = rim.inward(now.points.reshape(-1, 3)).reshape(-1, 4) - rim.width
         away = np.abs(now.points[..., along] - rim.center[along]) > 0.5 * np.array(rim.size)[along]
-        inward[away.any(-1)] = 0.0
-        return np.clip(inward / (FADE * self.window.settings.spacing), 0.0, 1.0).mean(1)
+        inward[away.any(-1)] = -np.inf  # in none of the images of the box, which repeats
+        return np.asarray(inward)
 
-    def _meet(self, pose: Array, now: LocalMotion) -> None:
-        """Give the fluid the surfaces of bodies that come in, and take away those of bodies that leave."""
+    def _shares_of(self, now: LocalMotion) -> Array:
+        """Return every body's share (B,)."""
+        return np.clip(self._inward(now) / (FADE * self.window.settings.spacing), 0.0, 1.0).mean(1)
+
+    def _present(self, now: LocalMotion) -> npt.NDArray[np.bool_]:
+        """Mark the bodies (B,) that particles meet: a little before they have a share, so that the flow around them is there by then."""
+        spacing = self.window.settings.spacing
+        reach = np.full(len(self._bodies), min(APPROACH * spacing, APPROACH_SHARE * self.window.rim.width))
+        reach[self._met] += STAY * spacing
+        return np.asarray((self._inward(now).max(1) > -reach) | (self.shares.values > 0.0))
+
+    def _meet(self, pose: Array, now: LocalMotion, present: npt.NDArray[np.bool_]) -> None:
+        """Give the fluid the surfaces of bodies that come in, and take away those of bodies that leave; `present` (B,)."""
         for n, (name, body) in enumerate(self._bodies.items()):
-            inside = bool(self.shares.values[n] > 0.0)
-            if inside == (name in self._handles):
+            if present[n] == (name in self._handles):
                 continue
             turn = now.turn[n].T @ rotation_matrix(pose[n, 3:])
-            if inside:
+            if present[n]:
                 self._take_out(body.mesh, now.rest[n], turn)
                 self._handles[name] = self._fluid.add_boundary(body.surface)
             else:
@@ -258,28 +274,28 @@ class WindowParticipant(FluidParticipant):
         rows = self._met
         if not rows:
             return
-        inverse_mass = self._inverse_mass(rows, now)
-        root = np.sqrt(self.shares.values[rows])[:, None]
-        steady = self._steady[rows]
-        pushed = (inverse_mass @ (root * (added[rows] + steady)).ravel()).reshape(-1, 6) / root
-        accelerations = acceleration[rows] + pushed - (inverse_mass @ steady.ravel()).reshape(-1, 6)
+        inverse_mass, share = self._inverse_mass(rows, now), np.repeat(self.shares.values[rows], 6)
+        between = np.sqrt(share)[:, None] * inverse_mass * np.sqrt(share)
+        steady = self._steady[rows].ravel()
+        pushed = inverse_mass @ (share * (added[rows].ravel() + steady)) - between @ steady
+        accelerations = acceleration[rows] + pushed.reshape(-1, 6)
         handles = [self._handles[self.shares.names[n]] for n in rows]
         for m, n in enumerate(rows):
             turn, own = now.turn[n].T @ rotation_matrix(pose[n, 3:]), slice(6 * m, 6 * m + 6)
             self._fluid.set_boundary_motion(
-                handles[m], now.rest[n], Rotation.from_matrix(turn).as_quat(), twist[n, :3], twist[n, 3:], inverse_mass[own, own],
+                handles[m], now.rest[n], Rotation.from_matrix(turn).as_quat(), twist[n, :3], twist[n, 3:], between[own, own],
                 accelerations[m],
             )  # fmt: skip
-        self._fluid.set_joint_inverse_mass(handles, inverse_mass)
+        self._fluid.set_joint_inverse_mass(handles, between)
 
     def _inverse_mass(self, rows: list[int], now: LocalMotion) -> Array:
-        """Return S^1/2 M^-1 S^1/2 of the bodies of these rows, along the axes at rest, (6 n, 6 n) [1/kg, 1/(kg m2)]."""
+        """Return the common M^-1 of the bodies of these rows, along the axes at rest, (6 n, 6 n) [1/kg, 1/(kg m2)]."""
         index = (6 * np.array(rows)[:, None] + np.arange(6)).ravel()
         assert self._joint_inverse_mass is not None  # it is connected wherever there are bodies
         turns = np.zeros((len(index), len(index)))
         for m, n in enumerate(rows):
             for at in (6 * m, 6 * m + 3):
-                turns[at : at + 3, at : at + 3] = np.sqrt(self.shares.values[n]) * now.turn[n]
+                turns[at : at + 3, at : at + 3] = now.turn[n]
         matrix = turns.T @ self._joint_inverse_mass[np.ix_(index, index)] @ turns
         return np.asarray(0.5 * (matrix + matrix.T))
 

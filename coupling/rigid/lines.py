@@ -5,7 +5,8 @@ damping [s] (Kelvin-Voigt):
 
     T = max(0, EA / L (l - L + tau (dl/dt - dL/dt)))   while l > L, else 0.
 
-A line has no mass. Where T passes its breaking load, it parts, and holds nothing from then on. Mooring legs and bridles stand among the
+A line has no mass. Where T passes its breaking load, it parts, and holds nothing from then on. A line that was loosened has one end
+free and pulls on nothing, until it is made fast between its two points, wherever they are then. Mooring legs and bridles stand among the
 lines (`coupling.rigid.moorings`, `coupling.rigid.bridle`). The force of a line is computed anew in every sub-step of the rigid bodies,
 whose length h is chosen for it. Symplectic Euler with damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends
 of the speed along the line by unit impulse [1/kg].
@@ -54,6 +55,8 @@ class ElasticLine:
     tension: float = 0.0
     breaking_load: float = math.inf
     parted: bool = False
+    made_fast: bool = True
+    loosened: bool = False  # at its laying
     _asked: float = 0.0  # tension [N] that `pull` gave last
 
     def __post_init__(self) -> None:
@@ -64,7 +67,7 @@ class ElasticLine:
 
     def pull(self, pose: Array, twist: Array, payout_rate: float) -> tuple[float, Array]:
         """Return the tension [N] and the wrenches (2, 6) [N, N m] on the bodies; pose (B, 7), twist (B, 6), payout_rate dL/dt [m/s]."""
-        if self.parted:
+        if not self.holds:
             return 0.0, np.zeros((2, 6))
         terms = (float(self.length), float(self.stiffness), float(self.relaxation_time), float(payout_rate))
         self._asked, wrenches = _pull(self.rows, self.points, terms, pose, twist)
@@ -77,9 +80,19 @@ class ElasticLine:
     def stretching(self, pose: Array) -> Array:
         """Return the row (1, B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""
         total = np.zeros((1, len(pose), 6))
-        if not self.parted:
+        if self.holds:
             _add_stretching(self.rows, self.points, pose, total[0])
         return total
+
+    @property
+    def holds(self) -> bool:
+        """True if both ends are fast, and the line has not parted."""
+        return self.made_fast and not self.parted
+
+    def distance(self, pose: Array) -> float:
+        """Return the distance [m] of the two points that the line is, or is to be, made fast to; pose (B, 7)."""
+        position, _ = places_of(self.rows, self.points, pose)
+        return float(np.linalg.norm(position[1] - position[0]))
 
     def spring(self, pose: Array) -> float:
         """Return the stiffness [N/m] of the taut line, however its bodies are placed."""
@@ -91,12 +104,14 @@ class ElasticLine:
 
     def save_state(self) -> dict[str, Any]:
         """Return lengths, tension, and whether the line parted, as plain data."""
-        return {name: getattr(self, name) for name in ("length", "ordered_length", "tension", "parted")}
+        loose = ("made_fast",) if self.loosened else ()
+        return {name: getattr(self, name) for name in ("length", "ordered_length", "tension", "parted", *loose)}
 
     def restore_state(self, state: Mapping[str, Any]) -> None:
         """Go back to a state that `save_state` returned."""
         self.length, self.ordered_length = float(state["length"]), float(state["ordered_length"])
         self.tension, self.parted = float(state["tension"]), bool(state["parted"])
+        self.made_fast = bool(state.get("made_fast", True))
 
 
 Line = ElasticLine | MooringLeg | Bridle
@@ -181,6 +196,31 @@ class Lines:
         """Let a line part: from now on it holds nothing."""
         self._lines[name].parted = True
         self._known = None
+
+    def loosen(self, name: str) -> None:
+        """Let one end of an elastic line be free, until it is made fast; the length as laid is that to which it is hauled in then."""
+        line = self._elastic(name)
+        line.made_fast, line.loosened = False, True
+        self._known = None
+
+    def make_fast(self, name: str, pose: Array) -> None:
+        """Make a loosened line fast between its points, at poses (B, 7): as long as they are apart, and not shorter than it was laid."""
+        line = self._elastic(name)
+        line.length = line.ordered_length = max(line.laid_length, line.distance(pose))
+        line.made_fast = True
+        self._known = None
+
+    def distance(self, name: str, pose: Array) -> float:
+        """Return the distance [m] of the two points of an elastic line, at poses (B, 7)."""
+        return self._elastic(name).distance(pose)
+
+    def _elastic(self, name: str) -> ElasticLine:
+        """Return the elastic line of that name; ValueError for a line of another kind, or an unknown name."""
+        line = self._lines.get(name)
+        if not isinstance(line, ElasticLine):
+            known = [other for other, one in self._lines.items() if isinstance(one, ElasticLine)]
+            raise ValueError(f"rigid bodies: {name!r} is no elastic line, allowed: {', '.join(known)}")
+        return line
 
     def tension(self, name: str) -> float:
         """Return the mean tension [N] over the last advance."""

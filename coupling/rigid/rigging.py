@@ -100,6 +100,20 @@ class Rigging:
         self.lines.part(name)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
 
+    def loosen_line(self, name: str) -> None:
+        """Let one end of an elastic line be free: it does not pull until it is made fast. ValueError for an unknown name."""
+        self.lines.loosen(name)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
+    def make_line_fast(self, name: str) -> None:
+        """Make a loosened line fast where its ends are now, as long as they are apart. ValueError for an unknown name."""
+        self.lines.make_fast(name, self._state.pose)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
+    def line_distance(self, name: str) -> float:
+        """Return the distance [m] of the two points of an elastic line now."""
+        return self.lines.distance(name, self._state.pose)
+
     def _rows(self, names: Sequence[str]) -> list[int]:
         bodies = self._bodies
         try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from textwrap import shorten
 
 import matplotlib as mpl
 import numpy as np
@@ -14,22 +13,21 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
-from recordings import palette
-from recordings.frame import Event, RunDescription
+from recordings.frame import RunDescription
 from recordings.pictures.chart import draw_map
 from recordings.pictures.scenes import render_moments
+from recordings.pictures.series import EVENT_ROW, draw_events, draw_lines
 from recordings.pictures.style import EVENT_COLORS, STYLE
 from recordings.replay.moments import Moment, key_steps, read_moments, recorded_steps
 from recordings.replay.recording import Replay
-from recordings.sink.plots import labels, plots_with_series
+from recordings.sink.plots import plots_with_series
 
 Points = npt.NDArray[np.float64]
 MOMENTS = 3
 _DIAGRAMS = 3
+_TITLE_SIZE, _TITLE_LETTERS = 19.0, 80  # letters of that size that fit above the picture
+_ORDERS_OF_INJECTS = "injects"  # source of orders that the text of an inject says in words
 _SCENE_WIDTH = 930  # [pixels], 1.5 times as many as shown
-_NAMED_EVENTS = 4
-_EVENT_LETTERS = 92  # letters that fit above a diagram
-_EVENT_ROW = 0.85  # height of the events, in heights of a diagram
 
 
 def draw_picture(recording: str | Path, picture: str | Path) -> None:
@@ -71,7 +69,8 @@ def _draw_title(figure: Figure, replay: Replay) -> None:
     """Write the name, the title, and the numbers that describe the run."""
     run = replay.run
     title = str(run.properties.get("title", "")) or run.name
-    figure.text(0.045, 0.965, title, fontsize=19, fontweight="bold", va="center")
+    size = _TITLE_SIZE * min(1.0, _TITLE_LETTERS / max(len(title), 1))
+    figure.text(0.045, 0.965, title, fontsize=size, fontweight="bold", va="center")
     counts = ", ".join(f"{phase.name} {phase.rest_density:g} kg/m³" for phase in run.phases)
     facts = [run.name, counts, _detail(run)]
     figure.text(0.045, 0.935, "  ·  ".join(fact for fact in facts if fact), fontsize=11, va="center", color="#5c6b76")
@@ -84,51 +83,33 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
     told = {name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)}
     plots = plots_with_series(replay.run.plots, list(replay.scalars))
     showing = [(title, [name for name in names if name in told]) for title, names in plots.items()]
-    chosen = [(title, names) for title, names in showing if names][:_DIAGRAMS]
-    heights = [_EVENT_ROW] * bool(replay.events) + [1.0] * len(chosen)
+    showing = [(title, names) for title, names in showing if names]
+    moved = [one for one in showing if any(np.any(replay.scalars[name].value != 0.0) for name in one[1])]
+    chosen = (moved or showing)[:_DIAGRAMS]
+    events = [event for event in replay.events if event.source != _ORDERS_OF_INJECTS]
+    heights = [EVENT_ROW] * bool(events) + [1.0] * len(chosen)
     if not heights:
         return
     grid = place.subgridspec(len(heights), 1, hspace=0.42, height_ratios=heights)
     rows = [figure.add_subplot(grid[row]) for row in range(len(heights))]
     diagrams = rows[-len(chosen) :] if chosen else []
-    if replay.events:
-        _draw_events(rows[0], replay.events)
+    if events:
+        draw_events(rows[0], events, (moments[0].time, moments[-1].time))
+    booms = [boom.name for boom in replay.run.exercise.booms] if replay.run.exercise else []
     for axes, (title, names) in zip(diagrams, chosen, strict=True):
-        for name, label in zip(names, labels(names), strict=True):
-            series = replay.scalars[name]
-            axes.plot(series.time, series.value, linewidth=1.6, label=label, color=_line_color(name))
+        draw_lines(axes, replay, names, booms if len(booms) > 1 else [])
         axes.set_title(title, loc="left", fontsize=10.5)
         axes.margins(x=0.0, y=0.12)
         axes.grid(axis="y", color="#e3e8ec", linewidth=0.8)
         axes.tick_params(labelbottom=axes is rows[-1])
-        if len(names) > 1 or "/" in names[0]:  # a single cause of loss needs its name, too
-            axes.legend(frameon=False, ncols=4, loc="lower right", bbox_to_anchor=(1.0, 0.97), fontsize=9)
     for axes in rows:
         axes.set_xlim(moments[0].time, max(moments[-1].time, moments[0].time + 1e-3))
     for axes in diagrams:  # not through the texts of the events
         for moment in moments:
             axes.axvline(moment.time, color="#c8d1d8", linewidth=0.8, zorder=0)
-        for event in replay.events:
+        for event in events:
             axes.axvline(event.time, color=EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
     rows[-1].set_xlabel("simulated time [s]")
-
-
-def _line_color(name: str) -> str | None:
-    """Return the colour that a series has in the viewer, too; None for the next colour in turn."""
-    if "oil_lost/" in name:
-        return palette.css(palette.cause_color(name.rpartition("/")[2]))
-    return palette.css(palette.LIMIT) if name.endswith("_limit") else None
-
-
-def _draw_events(axes: Axes, events: Sequence[Event]) -> None:
-    """Write the last few events, and mark their times."""
-    axes.set_ylim(-0.5, _NAMED_EVENTS - 0.5)
-    axes.set_axis_off()
-    for row, event in enumerate(reversed(events[-_NAMED_EVENTS:])):
-        color = EVENT_COLORS[event.level]
-        text = shorten(f"{event.time:.1f} s  {event.text}", _EVENT_LETTERS, placeholder=" ...")
-        axes.text(0.0, row, text, transform=axes.get_yaxis_transform(), va="center", fontsize=9, color=color)
-        axes.plot([event.time], [row - 0.4], marker="v", markersize=4.5, color=color, clip_on=False)
 
 
 def _detail(run: RunDescription) -> str:

@@ -57,6 +57,18 @@ def probe_plots(names: Collection[str]) -> dict[str, tuple[str, ...]]:
     return found
 
 
+def skimmer_plots(names: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """Choose the diagrams of skimmers among the series ``names``: volumes taken so far, and the rate at which they take oil."""
+    found = {
+        "Oil and water that skimmers took [m³]": ("oil", "water"),
+        "Recovery rate of skimmers [m³/s]": ("rate",),
+    }
+    return {
+        title: tuple(name for name in names if name.startswith("skimmers/") and name.rpartition("/")[2] in kinds)
+        for title, kinds in found.items()
+    }
+
+
 def _quantity(component: str, *, of_body: bool) -> str:
     """Name the quantity that a probe's component belongs to."""
     if component in _AXES:
@@ -70,7 +82,7 @@ def _quantity(component: str, *, of_body: bool) -> str:
 def usual_plots(names: Collection[str]) -> dict[str, dict[str, tuple[str, ...]]]:
     """List, by subject, the diagrams that a run with the series ``names`` may have."""
     return {
-        "Oil": dict(OIL_PLOTS),
+        "Oil": {**OIL_PLOTS, **skimmer_plots(names)},
         "Probes": probe_plots(names),
         "Handling": dict(HANDLING_PLOTS),
         "Solver": dict(SOLVER_PLOTS),
@@ -104,6 +116,8 @@ def _with_series(plots: Mapping[str, tuple[str, ...]], names: Collection[str]) -
 
 def labels(names: Sequence[str]) -> list[str]:
     """Shorten the names of some series for a legend: leave out their common beginning."""
+    if len(names) == 1:
+        return [names[0].rpartition("/")[2].replace("_", " ")]
     first, last = min(names), max(names)  # in alphabetical order, so all names share what these two share
     alike = next((place for place, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), len(first))
     start = max(first.rfind("/", 0, alike), first.rfind("_", 0, alike)) + 1

@@ -39,15 +39,17 @@ def _show(console: Console, scenario: Scenario, *, notes: bool) -> None:
     """Print the brief of an exercise, and the instructor's notes."""
     from rich.text import Text
 
+    from scenarios.text.terminal import flowing
+
     console.print(Text.assemble((scenario.name, "bold"), f": {scenario.title}"))
     exercise = scenario.exercise
     if exercise is None:
-        console.print(scenario.text.strip(), highlight=False, markup=False)
+        console.print(flowing(scenario.text), highlight=False, markup=False)
         return
     parts = [("Learning goal", exercise.goal), ("Brief", exercise.brief)]
     for title, text in [*parts, *([("Instructor's notes", exercise.notes)] if notes else [])]:
         console.print(Text(f"\n{title}", style="bold"))
-        console.print(text.strip(), highlight=False, markup=False)
+        console.print(flowing(text), highlight=False, markup=False)
 
 
 def _list_scenarios(console: Console) -> None:

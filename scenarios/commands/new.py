@@ -24,7 +24,7 @@ COMMENTS = {
     "vessels": "vessels: size and place [m], bollard pull [N]; legs = [...] gives a vessel orders of its own",
     "booms": "booms: ends are vessels or fixed points; boom = a name of `oilsim booms`; other keys change what the catalogue says",
     "moorings": "mooring legs from booms, vessels and bodies down to anchors",
-    "ties": "lines between two joints of booms: cross bridles, and lines across an open apex",
+    "ties": "lines between two joints of booms: cross bridles, lines across an open apex, and with `reach` lines that the crew makes fast",
     "skimmers": "skimmers and their storage: nameplate [m3/h], swath [m], storage [m3]",
     "injects": "what happens to the crew: at a time [s], on a condition, or on the instructor's order; see the page Orders",
     "criteria": "how it is graded: limits and weight of each criterion, and why; the debrief shows the keys",

@@ -23,7 +23,7 @@ from scenarios.debrief.key_moments import KeyMoment
 
 Array = NDArray[np.float64]
 _WIDTH = 8.6  # inches
-_HELD, _FREE = "#3b2a1a", "#c9bba7"
+HELD_COLOR, _FREE = "#3b2a1a", "#c9bba7"
 _LINES = ("#1f5fa8", "#e07b20", "#4a8f4a", "#8a5aa8")
 _LITRES = 2.0  # [m3]; smaller volumes are shown in litres
 _GOLDEN = 0.618034  # of the circle of hues, by which the colours of further series differ
@@ -48,8 +48,8 @@ def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     """Draw the oil over time: held, not met and lost by cause; below, the lost oil on its own scale."""
     figure = empty_figure(4.6)
     whole, lost = figure.subplots(2, 1, sharex=True)
-    factor, unit = _volume_unit(history)
-    parts = {"held": (history.oil["retained"], _HELD), "not met yet": (history.oil["free"], _FREE)}
+    factor, unit = volume_unit(history)
+    parts = {"held": (history.oil["retained"], HELD_COLOR), "not met yet": (history.oil["free"], _FREE)}
     causes = {
         cause_in_words(cause): (volume, palette.css(palette.cause_color(cause)))
         for cause, volume in history.causes.items()
@@ -67,7 +67,7 @@ def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     lost.set_title("How oil was lost, on a scale of its own", loc="left", fontsize=10.5)
     if whole.get_legend_handles_labels()[0]:  # a run without oil has nothing to draw
         whole.legend(frameon=False, ncols=1, loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
-    _finish([whole, lost], moments)
+    finish([whole, lost], moments)
     return figure
 
 
@@ -102,7 +102,7 @@ def speed_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     axes.set_title("Speed of the water against the boom", loc="left")
     axes.set_ylabel("kn")
     axes.legend(frameon=False, ncols=2, fontsize=9, loc="upper left")
-    _finish([axes], moments)
+    finish([axes], moments)
     return figure
 
 
@@ -125,7 +125,7 @@ def tension_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figur
     axes.set_title("Tension at each end", loc="left")
     axes.set_ylabel(unit)
     axes.legend(frameon=False, fontsize=9, loc="upper left")
-    _finish([axes], moments)
+    finish([axes], moments)
     return figure
 
 
@@ -152,7 +152,7 @@ def skirt_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
         axes.legend(frameon=False, ncols=2, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 0.98))
     for axes in (lean, gap):
         axes.set_ylim(bottom=0.0)
-    _finish([lean, draft, gap], moments)
+    finish([lean, draft, gap], moments)
     return figure
 
 
@@ -175,7 +175,7 @@ def along_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
         figure.colorbar(image, ax=axes, label=unit, pad=0.01)
         axes.set_title(f"{title}, along the boom from {history.boom.ends[0]}", loc="left", fontsize=10.5)
         axes.set_ylabel("m")
-    _finish(list(rows), moments, grid=False)
+    finish(list(rows), moments, grid=False)
     return figure
 
 
@@ -200,11 +200,11 @@ def probe_diagram(replay: Replay, moments: Sequence[KeyMoment]) -> Figure | None
         axes.set_title(title, loc="left", fontsize=10.5)
         if len(names) > 1:
             axes.legend(frameon=False, ncols=3, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 0.96))
-    _finish(list(rows), moments)
+    finish(list(rows), moments)
     return figure
 
 
-def _finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = True) -> None:
+def finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = True) -> None:
     """Add time axis and grid, and write the numbers of the key moments below the lowest diagram."""
     for axes in rows:
         axes.margins(x=0.0)
@@ -222,13 +222,13 @@ def _finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = 
     rows[-1].set_xlabel("simulated time [s]; the numbers mark the key moments", labelpad=16.0)
 
 
-def _volume_unit(history: BoomHistory) -> tuple[float, str]:
+def volume_unit(history: BoomHistory) -> tuple[float, str]:
+    """Return the factor from m3, and the name, of the unit in which the page shows the volumes of a boom."""
     largest = float((history.oil["retained"] + history.oil["lost"] + history.oil["free"]).max())
     return (1.0, "m³") if largest >= _LITRES else (1000.0, "litres")
 
 
 DIAGRAMS: dict[str, Callable[[BoomHistory, Sequence[KeyMoment]], Figure | None]] = {
-    "oil": oil_diagram,
     "speed": speed_diagram,
     "tension": tension_diagram,
     "skirt": skirt_diagram,

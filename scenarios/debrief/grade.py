@@ -35,7 +35,8 @@ IF_THERE = (
     "recovered",
     "skimmer",
     "deployed",
-)  # criteria that only an exercise with a funnel, skimmer or berth has
+    "connected",
+)  # criteria that only an exercise with a funnel, skimmer, berth or waiting tie has
 CAP = "D"  # the best grade if a decisive criterion is missed
 
 
@@ -142,8 +143,8 @@ _OWN = (
     ),
     _known(
         "passed_on", "Oil passed on", "%", measures.passed_on,
-        what="Share of the oil that the boom met which went on beyond its free end, to the boom that follows. Oil under the skirt is lost "
-        "to it.",
+        what="Share of the oil that left the boom which went on beyond its free end, to the boom that follows. The rest went under the "
+        "skirt, and is lost to it. Oil that the boom still leads is on its way.",
     ),
     _known(
         "clean", "Oil in the protected water", "%", measures.most_in_area, decisive=True,
@@ -181,6 +182,10 @@ _OWN = (
     _known(
         "deployed", "Time to deploy", "s", measures.deployed,
         what="Time from which on the second end of the boom lay at its berth. Oil does not wait for the boom.",
+    ),
+    _known(
+        "connected", "Time to connect", "s", measures.connected, decisive=True,
+        what="Time at which the last tie that waits at this boom was made fast. A boom that ends beside the next one is a gate.",
     ),
     _known(
         "strength", "Load of the boom", "%", measures.strength,

@@ -16,7 +16,7 @@ from scenarios.debrief.key_moments import KeyMoment
 Array = NDArray[np.float64]
 STEP = 0.1 * KNOT  # [m/s] width of a bar, as the steps of ASTM F2084
 PRACTICE = (0.6, 1.0)  # [kn] in which booms lose their first oil in practice: 0.31 to 0.51 m/s
-_RESOLVED, _MODELLED, _BAND = "#1f5fa8", "#e07b20", "#dfe8d8"
+RESOLVED_COLOR, MODELLED_COLOR, _BAND = "#1f5fa8", "#e07b20", "#dfe8d8"
 
 
 def loss_by_speed(history: BoomHistory) -> tuple[Array, Array, Array]:
@@ -47,8 +47,10 @@ def loss_curve(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | N
     speed, resolved, modelled = loss_by_speed(history)
     place, width = speed / KNOT, 0.85 * STEP / KNOT
     axes.axvspan(*PRACTICE, color=_BAND, label="first loss in practice, 0.6 to 1.0 kn")
-    axes.bar(place, 100.0 * resolved, width, color=_RESOLVED, label="resolved by particles")
-    axes.bar(place, 100.0 * modelled, width, bottom=100.0 * resolved, color=_MODELLED, label="modelled by closures")
+    axes.bar(place, 100.0 * resolved, width, color=RESOLVED_COLOR, label="resolved by particles")
+    axes.bar(
+        place, 100.0 * modelled, width, bottom=100.0 * resolved, color=MODELLED_COLOR, label="modelled by closures"
+    )
     losses = history.loss_speeds
     for found, name, style in ((losses.first_loss, "first loss", "--"), (losses.gross_loss, "gross loss", ":")):
         if found is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,19 +17,38 @@ Array = NDArray[np.float64]
 AT_BERTH = 15.0
 
 
-def _recovered_volume(history: BoomHistory) -> Array | None:
-    """Return the oil (N,) [m3] that skimmers had taken; None in a recording without skimmers."""
-    found = [
+def recovered_volume(history: BoomHistory) -> Array | None:
+    """Return the oil (N,) [m3] that skimmers at the boom had taken; None in a recording without them."""
+    found = _skimmed(history, "oil")
+    return np.asarray(np.sum(found, axis=0)) if found else None
+
+
+def skimmed_fluid(history: BoomHistory) -> Array:
+    """Return the oil and water (N,) [m3] that skimmers at the boom had taken."""
+    return np.asarray(
+        np.sum([np.zeros_like(history.time), *_skimmed(history, "oil"), *_skimmed(history, "water")], axis=0)
+    )
+
+
+def _skimmed(history: BoomHistory, what: str) -> list[Array]:
+    """Return a sum (N,) [m3] of each skimmer that may take the boom's oil; in a recording that does not say which, of all."""
+    at_boom = history.boom.skimmers
+    return [
         np.interp(history.time, series.time, series.value)
         for name, series in history.series.items()
-        if name.startswith("skimmers/") and name.endswith("/oil") and len(series.value)
+        if name.startswith("skimmers/") and name.endswith(f"/{what}") and len(series.value)
+        if at_boom is None or name.split("/")[1] in at_boom
     ]
-    return np.asarray(np.sum(found, axis=0)) if found else None
+
+
+def met_volume(history: BoomHistory) -> Array:
+    """Return the oil (N,) [m3] that the boom had met so far; oil that floats off again stays among it."""
+    return np.maximum.accumulate(_at_boom(history))
 
 
 def _at_boom(history: BoomHistory) -> Array:
     """Return the oil (N,) [m3] that the boom holds, has lost, and that was recovered."""
-    recovered = _recovered_volume(history)
+    recovered = recovered_volume(history)
     return history.oil["retained"] + history.oil["lost"] + (0.0 if recovered is None else recovered)
 
 
@@ -45,7 +65,7 @@ def held(history: BoomHistory) -> float | None:
 
 def recovered(history: BoomHistory) -> float | None:
     """Return the share [%] of the oil that skimmers took, of all that the boom has met; None without a skimmer or oil."""
-    recovered, taken_in = _recovered_volume(history), _taken_in(history)
+    recovered, taken_in = recovered_volume(history), _taken_in(history)
     return None if recovered is None or taken_in <= 0.0 else 100.0 * float(recovered[-1]) / taken_in
 
 
@@ -59,13 +79,24 @@ def skimmer(history: BoomHistory) -> float | None:
 
 
 def deployed(history: BoomHistory) -> float | None:
-    """Return the time [s] from which on the second end lay at its berth; the run's end if it never did."""
+    """Return the time [s] from which on the second end lay at its berth; infinity if it did not lie there at the end."""
     series = history.series.get("to_berth")
     if series is None or not len(series.value):
         return None
     away = np.flatnonzero(series.value > AT_BERTH)
-    last = -1 if not len(away) else int(away[-1])
-    return float(series.time[min(last + 1, len(series.time) - 1)])
+    here = int(away[-1]) + 1 if len(away) else 0
+    return float(series.time[here]) if here < len(series.time) else math.inf
+
+
+def connected(history: BoomHistory) -> float | None:
+    """Return the time [s] at which the last of the ties that wait at the boom was made fast; infinity if one never was."""
+    times = []
+    for tie in history.boom.waiting_ties:
+        series = history.series.get(f"ties/{tie}/made_fast")
+        if series is not None and len(series.value):
+            fast = np.flatnonzero(series.value > 0.0)
+            times.append(float(series.time[fast[0]]) if len(fast) else math.inf)
+    return max(times, default=None)
 
 
 def strength(history: BoomHistory) -> float | None:
@@ -88,9 +119,12 @@ def met(history: BoomHistory) -> float | None:
 
 
 def passed_on(history: BoomHistory) -> float | None:
-    """Return the share [%] of the oil that the boom has met which went on beyond its free ends."""
-    taken_in, gone = float(history.oil["retained"][-1] + history.oil["lost"][-1]), history.oil.get("lost/around_ends")
-    return 100.0 * float(gone[-1] if gone is not None else 0.0) / taken_in if taken_in > 0.0 else None
+    """Return the share [%] of the oil that has left the boom which went on beyond its free ends; None if none has left it.
+
+    Oil that the boom still leads is on its way.
+    """
+    left, gone = float(history.oil["lost"][-1]), history.oil.get("lost/around_ends")
+    return 100.0 * float(gone[-1] if gone is not None else 0.0) / left if left > 0.0 else None
 
 
 def fed(history: BoomHistory) -> float | None:

@@ -71,12 +71,16 @@ def _course_in_words(vessel: str, written: str, bearing: float) -> str:
 
 
 def _state_in_words(key: str, written: str) -> str:
-    """Return an order to an engine or a boom in words; empty for another one."""
+    """Return an order to an engine, a boom or a tie in words; empty for another one."""
     match key.split("."):
         case ["vessels", vessel, "engine"]:
             return f"the engine of {vessel} {'runs again' if written == 'running' else 'has stopped'}"
         case ["booms", boom, "parted"]:
             return f"boom {boom} parts at joint {written.strip('[]').split(',')[-1].strip()}"
+        case ["ties", tie, "made_fast"]:
+            return f"the tie {tie} is made fast"
+        case ["ties", tie, "parted"]:
+            return f"the tie {tie} is cast off"
         case ["injects", inject, "given"]:
             return f"the inject {inject} is given"
         case ["emitters", pipe]:

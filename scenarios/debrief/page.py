@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,17 +32,19 @@ from recordings.replay.recording import Replay
 from recordings.sink.legend import tension_colors
 from recordings.words import cause_in_words, force_in_words, three_figures, volume_in_words
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
-from scenarios.debrief.diagrams import DIAGRAMS, probe_diagram
+from scenarios.debrief.diagrams import DIAGRAMS, oil_diagram, probe_diagram
 from scenarios.debrief.grade import DESIGN_SPEED, GROSS_SPEED, LETTERS, Grade, criteria_from, grade
 from scenarios.debrief.key_moments import KeyMoment, deck_text, is_technical, key_moments
 from scenarios.debrief.loss_curve import loss_curve
 from scenarios.debrief.measures import over_by_segment
+from scenarios.debrief.recovery_rates import rate_figures, rates_diagram
 from scenarios.debrief.slick_map import slick_map
 from scenarios.schema.criteria import CriterionSettings
 
 PAGE = "debrief.html"
 SEGMENT_SPEEDS = (DESIGN_SPEED, PRACTICE_SPEED, GROSS_SPEED)  # [m/s], of the criteria of the same names
 _DPI = 110
+_DRAWN = {"oil": oil_diagram, "rates": rates_diagram, **DIAGRAMS, "loss": loss_curve}
 _COARSE = 5.0  # particles over the skirt's depth, below which leakage is resolved coarsely
 _COARSE_CLOSED = "The speed of the first loss is that of the closures, in the band of practice; the loss a minute is an order of magnitude."
 _COARSE_ALONE = "Without closures the boom holds its oil at up to 1.8 times the speed at which real ones lose it."
@@ -132,7 +135,13 @@ def _environment() -> Environment:
         loader=PackageLoader("scenarios.debrief", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["figure"] = three_figures
+    environment.filters["measured"] = _measured
     return environment
+
+
+def _measured(value: float, unit: str) -> str:
+    """Return a measured value with its unit; a time that was never reached is infinite."""
+    return f"{three_figures(value)} {unit}" if math.isfinite(value) else "never"
 
 
 def _chapter(
@@ -145,7 +154,7 @@ def _chapter(
 ) -> BoomChapter:
     prefix = f"{history.boom.name}-" if several else ""
     diagrams = {}
-    for name, draw in {**DIAGRAMS, "loss": loss_curve}.items():
+    for name, draw in _DRAWN.items():
         figure = draw(history, moments)
         if figure is not None:
             diagrams[name] = _write_figure(figure, folder / f"{prefix}{name}.png")
@@ -197,7 +206,7 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
             _knots(history.highest_held_speed),
         ),
     ]
-    return rows + _rules_of_thumb(replay, history)
+    return [*rows, *rate_figures(history), *_rules_of_thumb(replay, history)]
 
 
 def _segments(history: BoomHistory) -> list[tuple[str, ...]]:
@@ -307,7 +316,7 @@ def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
             "capped_by": chapter.grade.capped_by,
             "findings": {
                 finding.criterion.key: {
-                    "value": finding.value,
+                    "value": finding.value if finding.value is None or math.isfinite(finding.value) else None,
                     "verdict": finding.verdict,
                     "unit": finding.criterion.unit,
                     "good": finding.criterion.good,

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
+from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Wind
 from oilsim.loads.morison import FloatingBodies
-from scenarios.problems import ScenarioError
+from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import joint_name
@@ -28,7 +31,7 @@ if TYPE_CHECKING:
 def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     """Bring every part to what `scenario` says of it; it differs from the assembly's own by orders that `plan` allows.
 
-    Raises ScenarioError, and changes nothing, if a new part cannot be made.
+    Raises ScenarioError, and changes nothing, if a new part cannot be made. Whether ties are within reach is for `require_reach`.
     """
     felt = without_particles(scenario)
     environment = _environment(assembly, felt)
@@ -65,6 +68,30 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     _drive(assembly, felt)
 
 
+def require_reach(assembly: Assembly, scenario: Scenario) -> None:
+    """Raise ScenarioError for every tie that `scenario` makes fast now, but whose ends are not within reach."""
+    if assembly.world is None:
+        return
+    problems = []
+    for name in _fresh_ties(assembly.world, scenario):
+        distance, tie = assembly.world.line_distance(tie_name(name)), scenario.ties[name]
+        if tie.reach is not None and distance > tie.reach:
+            text = (
+                f"cannot be true yet: its ends are {distance:.1f} m apart, allowed: within its reach of {tie.reach:g} m"
+            )
+            problems.append(Problem(f"--set ties.{name}.made_fast", text))
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+
+
+def _fresh_ties(world: RigidBodyWorld, scenario: Scenario) -> Iterator[str]:
+    """Yield the ties that `scenario` makes fast and that are loose in the world."""
+    for name, tie in scenario.ties.items():
+        line = world.lines[tie_name(name)]
+        if tie.made_fast and isinstance(line, ElasticLine) and not line.made_fast:
+            yield name
+
+
 def _part(assembly: Assembly, scenario: Scenario) -> None:
     """Let the joints of booms part that have parted in `scenario` and still hold."""
     for boom, settings in scenario.booms.items():
@@ -76,9 +103,11 @@ def _part(assembly: Assembly, scenario: Scenario) -> None:
 
 
 def _change_moorings(assembly: Assembly, scenario: Scenario) -> None:
-    """Let the mooring legs and ties part that have parted in `scenario`, and let anchors hold as it says."""
+    """Let the ties be fast and the mooring legs and ties part as in `scenario`, and let anchors hold as it says."""
     if assembly.world is None:
         return
+    for name in list(_fresh_ties(assembly.world, scenario)):
+        assembly.world.make_line_fast(tie_name(name))
     for name, tie in scenario.ties.items():
         if tie.parted:
             assembly.world.part_line(tie_name(name))

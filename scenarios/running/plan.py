@@ -213,7 +213,13 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
 
 
 def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield the booms of which joints, and the mooring legs and ties that, would hold again but have parted."""
+    """Yield the booms of which joints, and the mooring legs and ties that, would hold again but have parted; and ties loose again."""
+    for name, tie in before.get("ties", {}).items():
+        if tie["made_fast"] and not after["ties"][name]["made_fast"]:
+            text = f"is false, allowed: true, because the tie has been made fast; ties.{name}.parted=true casts it off"
+            yield Problem(f"--set ties.{name}.made_fast", text)
+        if tie["parted"] and after["ties"][name]["made_fast"] and not tie["made_fast"]:
+            yield Problem(f"--set ties.{name}.made_fast", "is true, allowed: false, because the tie has parted")
     for table, what in (("moorings", "leg"), ("ties", "tie")):
         for name, line in before.get(table, {}).items():
             if line["parted"] and not after[table][name]["parted"]:

@@ -16,7 +16,7 @@ from coupling.master.co_simulation import CoSimulation
 from recordings.errors import RecordingError
 from recordings.frame import EventLevel
 from scenarios.problems import Problem, ScenarioError
-from scenarios.running.apply_orders import give_orders
+from scenarios.running.apply_orders import give_orders, require_reach
 from scenarios.running.assembly import Assembly
 from scenarios.running.checkpoints import (
     CheckpointWriter,
@@ -120,7 +120,7 @@ class RunLoop:
         """Give orders of a source here and now; ScenarioError, and none given, if they are not allowed."""
         index = self.simulation.communication_point.index
         plan = self.plan.ordered(settings, index)
-        give_orders(self._assembly, plan.scenario_after(self._given + 1))
+        self._obey(plan)
         self.plan = plan
         if self._checkpoints is not None:
             self._checkpoints.follow(plan)
@@ -217,8 +217,14 @@ class RunLoop:
         """Give the orders of the plan at this communication point, one after the other, as they were given before."""
         index, actions = self.simulation.communication_point.index, self.plan.actions
         while self._given < len(actions) and actions[self._given].index <= index:
-            give_orders(self._assembly, self.plan.scenario_after(self._given + 1))
+            self._obey(self.plan)
             self._count_given()
+
+    def _obey(self, plan: Plan) -> None:
+        """Bring every part to what the next action of a plan asks for; ScenarioError, and nothing changed, if that cannot be."""
+        scenario = plan.scenario_after(self._given + 1)
+        require_reach(self._assembly, scenario)
+        give_orders(self._assembly, scenario)
 
     def _count_given(self, source: str = "instructor") -> None:
         """Count the next action of the plan as given, and tell observers who gave it."""

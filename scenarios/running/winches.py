@@ -20,6 +20,7 @@ class Winches:
         self._world, self._fleet = world, fleet
         self._laid = {name: boom.tow_line for name, boom in scenario.booms.items()}
         self._step = scenario.run.communication_step
+        self._waiting = {tie_name(name) for name, tie in scenario.ties.items() if tie.waits}
         self._ordered: dict[str, tuple[float, float]] = {}  # length [m] and speed [m/s] by line
         self.take_orders(scenario)
 
@@ -39,8 +40,11 @@ class Winches:
             for end, line in self._fleet.tensions_of(boom).items():
                 hauled = scenario.vessels[end].hauled if end in settings.ends else 0.0
                 changes.setdefault(line, (grown - hauled, settings.winch_speed))
+        fast = {tie_name(name) for name, tie in scenario.ties.items() if tie.made_fast}
         for name, (change, speed) in changes.items():
-            if name in lines.names and (change != 0.0 or name in self._ordered):
+            if name in self._waiting and name not in fast:
+                continue  # its line is still loose
+            if name in lines.names and (change != 0.0 or name in self._ordered or name in fast):
                 self._ordered[name] = lines.laid_length(name) + change, speed
         self.advance()
 

@@ -89,11 +89,17 @@ class TieSettings(Section):
     Its booms need `stream`, and start together in the shape in which they and their ties hang in it. The line has no mass. With `place` it
     goes from one boom to a bollard or winch ashore, as the line by which a boom is paid out from a slip.
 
+    With `reach` the tie holds nothing at the start, and its booms lie as if it were not there: it waits until a crew has brought its two
+    ends within reach, and orders ties.NAME.made_fast=true. Then the line is as long as the ends are apart, and its winch hauls it in to
+    `length`.
+
     booms      names of the two booms, the same twice for a cross bridle; with `place` of one
     joints     of each boom its joint of this number, 0 is its first end and `segments` its second; an end at a fixed point of `ends` is
                then free: `ends` only says about where it starts, and the tie holds it
     place      (x, y) [m] of a bollard or winch, as high as the joint is at the start; the tie is taut then, and has no `length`
     length     [m] between the two joints, without tension
+    reach      [m] distance of its ends within which a crew can make it fast; without it, the tie is fast from the start
+    made_fast  whether a tie with `reach` has been made fast; may be ordered while the run goes on, and is false at the start
     hauled     [m] of the line that a winch has hauled in, negative: paid out; may be ordered while the run goes on
     winch_speed  [m/s] at which it hauls and pays out
     stiffness  [N] axial stiffness EA
@@ -110,6 +116,13 @@ class TieSettings(Section):
     hauled: float = quantity("m", default=0.0)
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
     parted: bool = False
+    reach: float | None = quantity("m", default=None, above=0.0)
+    made_fast: bool = False
+
+    @property
+    def waits(self) -> bool:
+        """True for a tie that is made fast while the run goes on."""
+        return self.reach is not None
 
     def problems(self) -> Iterator[Problem]:
         """Check that there are two ends, that they differ, and that the line has a length."""
@@ -118,8 +131,14 @@ class TieSettings(Section):
             if len(given) != count:
                 allowed = "2 without place" if count == 2 else "1 with place"
                 yield Problem(name, f"has {len(given)} entries, allowed: {allowed}")
-        if (self.length is None) == (self.place is None):
-            yield Problem("length", "is given beside place, allowed: one of the two" if self.length else "is missing")
+        if self.length is None and (self.place is None or self.waits):
+            yield Problem("length", "is missing")
+        if self.length is not None and self.place is not None and not self.waits:
+            yield Problem("length", "is given beside place, allowed: one of the two, or both with reach")
+        if self.made_fast and not self.waits:
+            yield Problem(
+                "made_fast", "is true without reach, allowed: only with it; else a tie is fast from the start"
+            )
         if len(self.booms) != 2 or len(self.joints) != 2:
             return
         if self.booms[0] == self.booms[1] and self.joints[0] == self.joints[1]:
@@ -142,6 +161,7 @@ def tied_ends(ties: Mapping[str, TieSettings], boom: str, segments: int) -> tupl
     found = {
         joint: name
         for name, tie in ties.items()
+        if not tie.waits
         for other, joint in zip(tie.booms, tie.joints, strict=False)
         if other == boom
     }
@@ -163,6 +183,8 @@ def tie_problems(
             if joint > settings.segments:
                 text = f"holds {joint}, allowed: 0 to {settings.segments}, the segments of boom {boom!r}"
                 yield Problem(f"ties.{name}.joints", text)
+            if tie.waits:
+                continue
             end = {0: settings.ends[0], settings.segments: settings.ends[1]}.get(joint)
             if isinstance(end, str):
                 text = f"holds {joint} of {boom!r}, the end that vessel {end!r} holds; allowed: another joint, or an end at a point"

@@ -119,7 +119,7 @@ def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Sol
         booms=booms,
         solids=tuple(solids),
         joints=tuple(joints),
-        lines=(*lines, *place_ties(scenario, booms)),
+        lines=(*lines, *place_ties(scenario, booms, problems)),
         legs=place_moorings(
             scenario,
             booms,

@@ -189,6 +189,8 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
             world.part_joint(joint_name(name, joint_number))
     _add_lines(world, fleet, problems)
     for name, tie in scenario.ties.items():
+        if tie.waits and tie_name(name) in world.lines.names:
+            world.loosen_line(tie_name(name))
         if tie.parted and tie_name(name) in world.lines.names:
             world.part_line(tie_name(name))
     add_legs(world, fleet.legs, problems)

@@ -49,10 +49,13 @@ def tie_name(tie: str) -> str:
     return f"ties/{tie}"
 
 
-def place_ties(scenario: Scenario, booms: Mapping[str, BoomLayout]) -> tuple[PlacedLine, ...]:
-    """Return the ties of booms as laid, except those of booms that could not be laid."""
+def place_ties(scenario: Scenario, booms: Mapping[str, BoomLayout], problems: list[Problem]) -> tuple[PlacedLine, ...]:
+    """Return the ties of booms as laid, except those of booms that could not be laid; one that cannot be fast yet is a problem."""
     lines = []
     for name, tie in scenario.ties.items():
+        if tie.made_fast:
+            text = "is true at the start, allowed: false; an order makes the tie fast when its ends are within reach"
+            problems.append(Problem(f"ties.{name}.made_fast", text))
         if not all(boom in booms for boom in tie.booms):
             continue
         fast = [_boom_joint(booms[boom], joint) for boom, joint in zip(tie.booms, tie.joints, strict=True)]
@@ -66,6 +69,7 @@ def place_ties(scenario: Scenario, booms: Mapping[str, BoomLayout]) -> tuple[Pla
                 points=np.array([first, second]),
                 stiffness=tie.stiffness,
                 breaking_load=math.inf if tie.breaking_load is None else tie.breaking_load,
+                loose_length=tie.length if tie.waits else None,
             )
         )
     return tuple(lines)
@@ -78,7 +82,7 @@ def tied_shapes(
 
     hang: the line of a boom without its ties, or ValueError.
     """
-    between = {name: tie for name, tie in scenario.ties.items() if tie.length is not None}
+    between = {name: tie for name, tie in scenario.ties.items() if tie.length is not None and not tie.waits}
     lines: dict[str, Array | None] = {boom: None for tie in between.values() for boom in tie.booms}
     if not lines or not all(name in afloat for name in lines):
         return lines

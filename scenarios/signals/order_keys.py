@@ -26,6 +26,7 @@ ORDER_KEYS = (
     "moorings.*.holding",
     "ties.*.parted",
     "ties.*.hauled",
+    "ties.*.made_fast",
     "skimmers.*.running",
     "skimmers.*.nameplate",
     "skimmers.*.storage",

@@ -166,6 +166,7 @@ def signals_of(exercise: SignalTables) -> dict[str, Signal]:
             found.append(Signal(name=f"moorings.{name}.{what}", unit=unit, read=partial(_leg, name, what)))
     for name in exercise.ties:
         found.append(Signal(name=f"ties.{name}.tension", unit="N", read=partial(_tied, name)))
+        found.append(Signal(name=f"ties.{name}.distance", unit="m", read=partial(_apart, name)))
     for name in exercise.skimmers:
         for what, unit in SKIMMED:
             found.append(Signal(name=f"skimmers.{name}.{what}", unit=unit, read=partial(_skimmed, name, what)))
@@ -260,6 +261,12 @@ def _tied(tie: str, parts: RunParts) -> float:
     """Return the tension [N] of a tie, the mean over the last step."""
     assert parts.world is not None
     return parts.world.tension(f"ties/{tie}")
+
+
+def _apart(tie: str, parts: RunParts) -> float:
+    """Return the distance [m] of the two points of a tie."""
+    assert parts.world is not None
+    return parts.world.line_distance(f"ties/{tie}")
 
 
 def _skimmed(skimmer: str, what: str, parts: RunParts) -> float:

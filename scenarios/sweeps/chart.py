@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import matplotlib as mpl
@@ -15,29 +15,58 @@ from scipy.stats import spearmanr
 from recordings.pictures.style import STYLE
 from scenarios.sweeps.results import Outcome, differing
 
-_COLUMNS, _PANEL = 3, (4.6, 3.1)  # inches
+_COLUMNS, _PANEL = 4, (4.0, 2.7)  # inches
+_UNITS = {"_m3": "m³", "_deg": "°", "_kn": "kn", "_n": "N", "_m": "m"}  # by the end of a part of a key
+_BY_CAUSE = "oil_m3.lost"  # beginning of the keys of losses, which runs without such a loss do not have
 _FEWEST = 4  # runs of a sampled sweep, from which a correlation says something
 
 
 def draw_sweep(outcomes: Sequence[Outcome], picture: Path) -> None:
     """Draw the figures that differ between the runs to a PNG file."""
-    keys = differing([outcome.figures() for outcome in outcomes])
+    drawn = drawn_figures([outcome.figures() for outcome in outcomes])
     if _is_sampled(outcomes):
-        _draw_tornado(outcomes, keys, picture)
+        _draw_tornado(outcomes, drawn, picture)
         return
-    rows, columns = math.ceil(len(keys) / _COLUMNS), min(len(keys), _COLUMNS)
+    rows, columns = math.ceil(len(drawn) / _COLUMNS), min(len(drawn), _COLUMNS)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_PANEL[0] * columns, _PANEL[1] * rows + 0.6), dpi=110, layout="constrained")
         FigureCanvasAgg(figure)
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axes, key in zip(panels, keys, strict=False):
-            _draw(axes, key, outcomes)
-        for axes in panels[len(keys) :]:
+        for axes, (key, values) in zip(panels, drawn.items(), strict=False):
+            _draw(axes, key, values, outcomes)
+        for axes in panels[len(drawn) :]:
             axes.set_axis_off()
         handles, names = panels[0].get_legend_handles_labels()
         if len(names) > 1:
             figure.legend(handles, names, loc="outside upper left", frameon=False, ncols=4)
         figure.savefig(picture)
+
+
+def drawn_figures(figures: Sequence[Mapping[str, float]]) -> dict[str, list[float]]:
+    """Return the figures of the runs that have a panel, by key: a value for each run, NaN where it was not measured.
+
+    A cause by which a run has lost nothing counts as 0. Figures that are the same in all runs that have them are left out, and those that
+    repeat another one, as the modelled part of a loss does where all of it is modelled.
+    """
+    drawn: dict[str, list[float]] = {}
+    for key in differing(figures):
+        missing = 0.0 if key.startswith(_BY_CAUSE) else math.nan
+        values = [own.get(key, missing) for own in figures]
+        if len({value for value in values if not math.isnan(value)}) > 1 and str(values) not in map(
+            str, drawn.values()
+        ):
+            drawn[key] = values
+    return drawn
+
+
+def title_of(key: str) -> str:
+    """Return a figure's key in words, with its unit: ``scores.main.tow_tension_n.port.mean`` as "main tow tension port mean [N]"."""
+    parts, unit = key.removeprefix("scores.").split("."), ""
+    for number, part in enumerate(parts):
+        end = next((end for end in _UNITS if part.endswith(end)), None)
+        if end is not None:
+            parts[number], unit = part.removesuffix(end), f" [{_UNITS[end]}]"
+    return " ".join(parts).replace("_", " ") + unit
 
 
 def _is_sampled(outcomes: Sequence[Outcome]) -> bool:
@@ -48,51 +77,54 @@ def _is_sampled(outcomes: Sequence[Outcome]) -> bool:
     return numbers and len(outcomes) >= _FEWEST and len(firsts) == len(outcomes) and len(names) > 1
 
 
-def _draw_tornado(outcomes: Sequence[Outcome], keys: Sequence[str], picture: Path) -> None:
+def _draw_tornado(outcomes: Sequence[Outcome], drawn: Mapping[str, Sequence[float]], picture: Path) -> None:
     """Draw for each figure how strongly each entry moves it: Spearman's rank correlation over the runs."""
-    rows, columns = math.ceil(len(keys) / _COLUMNS), min(len(keys), _COLUMNS)
+    rows, columns = math.ceil(len(drawn) / _COLUMNS), min(len(drawn), _COLUMNS)
     names = list(outcomes[0].variant.values)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_PANEL[0] * columns, 0.75 * _PANEL[1] * rows + 0.6), dpi=110, layout="constrained")
         FigureCanvasAgg(figure)
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
-        for axes, key in zip(panels, keys, strict=False):
-            known = [outcome for outcome in outcomes if key in outcome.figures()]
-            strengths = [_rank_correlation(known, name, key) for name in names]
+        for axes, (key, values) in zip(panels, drawn.items(), strict=False):
+            strengths = [_rank_correlation(outcomes, name, values) for name in names]
             axes.barh(range(len(names)), strengths, color=["C3" if one < 0.0 else "C0" for one in strengths])
             axes.axvline(0.0, color="0.3", linewidth=0.8)
             axes.set_yticks(range(len(names)), names)
             axes.set_xlim(-1.0, 1.0)
-            axes.set_title(key.removeprefix("scores."), loc="left", fontsize=9.5)
-        for axes in panels[len(keys) :]:
+            axes.set_title(title_of(key), loc="left", fontsize=9.5)
+        for axes in panels[len(drawn) :]:
             axes.set_axis_off()
         figure.suptitle(f"Rank correlation over {len(outcomes)} runs", x=0.0, ha="left", fontsize=10)
         figure.savefig(picture)
 
 
-def _rank_correlation(outcomes: Sequence[Outcome], name: str, key: str) -> float:
-    """Compute Spearman's rank correlation [-] of a figure with an entry; 0 where one of them does not vary, or in fewer than three runs."""
-    entry = [float(outcome.variant.values[name]) for outcome in outcomes]
-    figure = [outcome.figures()[key] for outcome in outcomes]
-    if len(outcomes) < 3 or len(set(entry)) < 2 or len(set(figure)) < 2:
+def _rank_correlation(outcomes: Sequence[Outcome], name: str, values: Sequence[float]) -> float:
+    """Compute Spearman's rank correlation [-] of a figure with an entry over the runs that have it.
+
+    0 where one of them does not vary, or in fewer than three runs.
+    """
+    known = [(one, value) for one, value in zip(outcomes, values, strict=True) if not math.isnan(value)]
+    entry = [float(one.variant.values[name]) for one, _ in known]
+    figure = [value for _, value in known]
+    if len(known) < 3 or len(set(entry)) < 2 or len(set(figure)) < 2:
         return 0.0
     return float(spearmanr(entry, figure).statistic)
 
 
-def _draw(axes: Axes, key: str, outcomes: Sequence[Outcome]) -> None:
+def _draw(axes: Axes, key: str, values: Sequence[float], outcomes: Sequence[Outcome]) -> None:
     """Draw one figure, with a line for each combination of the other varied entries."""
     varied = next(iter(outcomes[0].variant.values))
     lines: dict[str, list[tuple[str, float]]] = {}
-    for outcome in outcomes:
+    for outcome, value in zip(outcomes, values, strict=True):
         first, *others = outcome.variant.values.items()
-        of_line = lines.setdefault(", ".join(f"{name} = {value}" for name, value in others), [])
-        if key in outcome.figures():
-            of_line.append((first[1], outcome.figures()[key]))
+        of_line = lines.setdefault(", ".join(f"{name} = {text}" for name, text in others), [])
+        if not math.isnan(value):
+            of_line.append((first[1], value))
     is_measured = all(_is_number(outcome.variant.values[varied]) for outcome in outcomes)
     for name, points in lines.items():
         places = [float(value) if is_measured else value for value, _ in points]
         axes.plot(places, [figure for _, figure in points], marker="o", label=name)
-    axes.set_title(key.removeprefix("scores."), loc="left", fontsize=9.5)
+    axes.set_title(title_of(key), loc="left", fontsize=9.5)
     axes.set_xlabel(varied)
 
 

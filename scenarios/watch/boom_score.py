@@ -125,6 +125,7 @@ class BoomScore:
         series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
         if self.closures is not None:
             series["metrics/closure_loss_rate"] = self.closures.rate
+            series["metrics/oil_held_back"] = self.closures.held_back
         if len(self._area):
             if slick is None:
                 within = beside(oil[0], self._area, self._tank.period)[:, :2]
@@ -183,6 +184,9 @@ class BoomScore:
             begun = self._losses.begun
             self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
             self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
+        if self.closures is not None:
+            back = "its skirt is too few particles deep to hold oil as a real one does: oil that slips under it is put back (modelled)"
+            self._tell_once("held back", self.closures.held_back > 0.0, back)
         if first is not None:
             self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / KNOT:.2f} kn")
         if gross is not None:
@@ -292,6 +296,7 @@ class BoomScore:
             "passed_m3": report.passed,
             "taken_back_m3": report.recovered,
             "lost_modelled_share": sum(report.lost_modelled.values()) / report.lost if report.lost > 0.0 else None,
+            "held_back_m3": 0.0 if self.closures is None else self.closures.held_back,
             "oil_in_area_m3": self._oil_in_area,
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.participant import Causality, Participant
+from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from recordings.entity_paths import BOOM
@@ -117,12 +118,21 @@ class FrameReader:
         if world is not None:
             ties = [tie_name(name) for name in self._simulators.scenario.ties]
             series |= {f"{tie}/tension": world.tension(tie) for tie in ties}
-            series |= self._reels(world)
+            series |= self._waiting_ties(world) | self._reels(world)
         for leg in self._simulators.fleet.legs if world is not None else ():
             assert world is not None
             line = world.lines[leg.name]
             assert isinstance(line, MooringLeg)
             series |= {f"{leg.name}/tension": line.tension, f"{leg.name}/dragged": line.dragged}
+        return series
+
+    def _waiting_ties(self, world: RigidBodyWorld) -> dict[str, float]:
+        """Return, for each tie that waits to be made fast, the distance [m] of its ends, and whether it is fast, 0 or 1."""
+        series = dict[str, float]()
+        for tie in (tie_name(name) for name, one in self._simulators.scenario.ties.items() if one.waits):
+            line = world.lines[tie]
+            assert isinstance(line, ElasticLine)
+            series |= {f"{tie}/distance": world.line_distance(tie), f"{tie}/made_fast": float(line.made_fast)}
         return series
 
     def _reels(self, world: RigidBodyWorld) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Warnings of a run, each said once and by name.
 
 They are of solves that end before their tolerance is met, of bodies that leave the tank, are too thin for their particles, or lie where
-liquid was to start, of anchors that drag and of lines that part.
+liquid was to start, of anchors that drag and of lines that part. Ties that a crew makes fast are said too.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from coupling.rigid.bridle import Bridle
+from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.advance_report import AdvanceReport
@@ -53,7 +54,7 @@ class Remarks:
         """Return what is new after a step of which the fluid gave this report."""
         short = {} if report is None else dict(self._solves(report))
         short |= self._thin | dict(self._bodies()) | dict(self._lines())
-        found = dict(self._fills())
+        found = dict(self._fills()) | dict(self._ties())
         found |= {about: Notice(text, level="warning", source=about) for about, text in short.items()}
         new = {about: remark for about, remark in found.items() if about not in self._made}
         self._made |= set(new)
@@ -103,6 +104,14 @@ class Remarks:
                 pull = line.pull_now
                 text = f"drags its anchor: it is pulled by {pull.horizontal:.0f} N along the ground and {pull.at_anchor:.0f} N upwards"
                 yield f"{name} anchor", text
+
+    def _ties(self) -> Iterator[tuple[str, Notice]]:
+        """Ties that a crew has made fast."""
+        for name in () if self._world is None else self._world.lines.names:
+            line = self._world.lines[name] if self._world is not None else None
+            if isinstance(line, ElasticLine) and line.loosened and line.made_fast:
+                text = f"has been made fast, and is hauled in to {line.laid_length:.3g} m"
+                yield f"{name} made fast", Notice(text, level="info", source=name)
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
         if self._world is None:

@@ -215,6 +215,16 @@ def test_oil_that_a_closure_carries_out_is_lost_modelled_until_it_is_taken_back(
     assert not any(again.lost_modelled.values())  # this time the particles carried it out themselves
 
 
+def test_oil_that_is_put_back_was_never_lost():
+    tracker = make_tracker()
+    follow(tracker, [(APEX + 0.2, 0.0, WATER)])
+    lost = follow(tracker, [(APEX - 0.03, 0.0, WATER - 0.25), (APEX - 0.2, 0.0, WATER - 0.25)])
+    assert lost.lost == pytest.approx(VOLUME)
+    tracker.keep(0)
+    report = follow(tracker, [(APEX + 0.2, 0.0, WATER)])
+    assert (report.retained, report.lost, report.recovered, report.passed) == (pytest.approx(VOLUME), 0.0, 0.0, 0.0)
+
+
 SEA = (4.0, 3.0)
 """Period [m] along x and y of a sea that is shorter than the boom's way and narrower than twice its mouth."""
 

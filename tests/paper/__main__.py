@@ -1,6 +1,6 @@
 """Draw the figures of Qiu et al. 2021 again, and test the paper's conclusions.
 
-    python -m tests.paper [--figures 3,4,5,6] [--finer 1.0] [--steps 300] [--output FOLDER]
+    python -m tests.paper [--figures 3,4,5,6] [--finer 1.0] [--steps 150] [--output FOLDER]
 
 Writes a picture for each figure, and paper.md and paper.json with what was measured. The runs of the figures 3 to 5 take one thread each,
 as many at a time as there are cores; the steps of figure 6 are timed alone, with all cores. The exit status is 1 if a conclusion that is
@@ -23,7 +23,7 @@ from pathlib import Path
 from tests.paper import conclusions, figures, runs
 from tests.paper.conclusions import Verdict
 from tests.paper.scenes import Scene, Track, follow
-from tests.paper.timing import Timing, schemes, timed
+from tests.paper.timing import STEP, Timing, schemes, timed_in_turn
 
 FIGURES = (3, 4, 5, 6)
 SCENES: dict[int, Callable[[float], list[Scene]]] = {3: runs.calm, 4: runs.wind, 5: runs.rock}
@@ -57,7 +57,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         help="which figures, of 3, 4, 5, 6 (default: all)",
     )
     parser.add_argument("--finer", type=float, default=1.0, help="divides the spacings of figures 3 to 5 (default: 1)")
-    parser.add_argument("--steps", type=int, default=300, metavar="N", help="steps of 10 ms to time (default: 300)")
+    parser.add_argument("--steps", type=int, default=150, metavar="N", help="steps of 10 ms to time (default: 150)")
     parser.add_argument("--output", type=Path, default=Path("paper-report"), help="folder (default: paper-report)")
     options = parser.parse_args(arguments)
     if not set(options.figures) <= set(FIGURES):
@@ -107,9 +107,9 @@ def finish_timing(steps: int, output: Path) -> list[Verdict]:
     threads = len(os.sched_getaffinity(0))
     timings: list[Timing] = []
     for viscosity in runs.OILS[:2]:
-        for name, setting in schemes().items():
-            timings.append(timed(name, setting, viscosity, steps * 0.01, threads))
-            print(f"{name}, {viscosity:g} Pa s: {timings[-1].a_second:.1f} s a simulated second", flush=True)
+        for timing in timed_in_turn(schemes(), viscosity, steps * STEP, threads):
+            timings.append(timing)
+            print(f"{timing.name}, {viscosity:g} Pa s: {timing.a_second:.1f} s a simulated second", flush=True)
     title = f"Fig. 6 again: wall time of steps, {timings[0].particles} particles, {threads} threads"
     figures.draw_timing(timings, output / "paper-figure-6.jpg", title)
     return list(conclusions.costs(timings))

@@ -104,8 +104,12 @@ def draw_rock(tracks: Sequence[Track], picture: Path, title: str) -> None:
                 axes = figure.add_subplot(grid[row, column])
                 axes.imshow(render(track, moment), interpolation="antialiased")
                 axes.set_axis_off()
-                name = f"{track.scene.setting.name}: " if column == 0 else ""
-                axes.set_title(f"{name}{moment:g} s", loc="left", fontsize=8.5, weight="normal", pad=2)
+                axes.set_title(f"{moment:g} s", loc="left", fontsize=8.5, weight="normal", pad=2)
+                if column == 0:
+                    place = {"x": 0.02, "y": 0.04, "transform": axes.transAxes, "fontsize": 8.0}
+                    axes.text(
+                        s=track.scene.setting.name, bbox={"facecolor": "white", "linewidth": 0.0, "pad": 1.5}, **place
+                    )
         axes = figure.add_subplot(right)
         for number, track in enumerate(tracks):
             axes.plot(
@@ -116,8 +120,10 @@ def draw_rock(tracks: Sequence[Track], picture: Path, title: str) -> None:
             )
         axes.set_title("rock's surface above the pool under oil [%]", loc="left", fontsize=9.5)
         axes.set_xlabel("s")
-        axes.set_ylim(bottom=0.0)
-        axes.legend(frameon=False, fontsize=8)
+        axes.axvline(tracks[0].pouring_end(), color="#8a96a0", linewidth=1.0, linestyle=":", label="the pipe ends")
+        axes.set_ylim(0.0, 130.0)
+        axes.set_yticks(range(0, 101, 20))
+        axes.legend(frameon=False, fontsize=8, loc="upper left")
         figure.suptitle(title, x=0.01, ha="left", y=0.985, fontsize=13, weight="bold")
         figure.savefig(picture, pil_kwargs={"quality": QUALITY})
 

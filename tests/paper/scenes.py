@@ -72,6 +72,7 @@ class Track:
     footprints: list[Footprint | None] = field(default_factory=list)
     coatings: list[Coating] = field(default_factory=list)
     room: list[float] = field(default_factory=list)
+    oil: list[int] = field(default_factory=list)
     pictures: dict[float, dict[str, NDArray[np.float32]]] = field(default_factory=dict)
     rock: tuple[NDArray[np.float64], NDArray[np.int64]] | None = None
     particles: int = 0
@@ -90,6 +91,10 @@ class Track:
     def at(self, moment: float) -> int:
         """Return the number of the measurement nearest to a moment [s]."""
         return int(np.argmin(np.abs(np.array(self.times) - moment)))
+
+    def pouring_end(self) -> float:
+        """Return the moment [s] at which the last oil particle has left the pipe."""
+        return self.times[int(np.argmax(self.oil))]
 
     def before_walls(self) -> int:
         """Return the number of the last measurement before the oil comes within two spacings of a side; the last of all if none does."""
@@ -124,6 +129,7 @@ def _measure(track: Track, assembly: Assembly, now: float, surface: NDArray[np.f
     fluid = assembly.fluid
     oil = fluid.phase_positions("oil")
     track.times.append(now)
+    track.oil.append(len(oil))
     track.room.append(_room(oil, fluid.config.lower, fluid.config.upper))
     track.footprints.append(footprint(oil[:, :2], 2.0 * track.spacing) if len(oil) else None)
     if surface is not None:

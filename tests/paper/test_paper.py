@@ -71,11 +71,12 @@ def test_half_a_ball_is_coated() -> None:
     assert coating(film, surface, spacing, 2.0).covered == 0.0  # all lies in the pool
 
 
-def test_a_relaxation_that_costs_time_is_told() -> None:
+@pytest.mark.parametrize(("change", "holds"), [(1.0, False), (-0.2, False), (-1.5, True)])
+def test_a_relaxation_that_saves_time_is_told(change: float, holds: bool) -> None:
     names, oils = list(schemes()), (2.6e-3, 9.0e-3)
-    slow = [
-        Timing(name=name, viscosity=oil, milliseconds=(10.0 + place, 10.0 + place), simulated=0.02, particles=1)
+    timings = [
+        Timing(name=name, viscosity=oil, milliseconds=(10.0 + place * change,) * 2, simulated=0.02, particles=1)
         for oil in oils
         for place, name in enumerate(names)
     ]
-    assert [one.holds for one in costs(slow)] == [False, None, None]
+    assert [one.holds for one in costs(timings)] == [holds, None, None]

@@ -55,9 +55,11 @@ def test_modelled_loss_is_part_of_the_loss_and_the_same_on_two_threads_and_after
     series = first.assembly.scoring.series()
     assert series["metrics/oil_lost_modelled"] == pytest.approx(modelled)
     assert series["metrics/closure_loss_rate"] > 0.0
+    assert series["metrics/oil_held_back"] > 0.0  # the skirt is two particles deep
     told = [event.text for event in first.history.events]
     assert any("(modelled)" in text for text in told)
     assert any("0.02 N/m is assumed" in text for text in told)
+    assert any("is put back (modelled)" in text for text in told)
     second.run(1.0)
     third.restore_state(second.save_state())
     third.run(1.0)

@@ -16,6 +16,7 @@ from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main
 from scenarios.load import library_paths, load_scenario
+from scenarios.text.terminal import flowing
 
 QUICK = ["--set", "fluid.particle_spacing=0.1", "--set", "run.duration=0.02", "--threads", "1"]
 
@@ -199,3 +200,10 @@ def test_places_in_the_south_and_west_are_values(place: str, capsys: pytest.Capt
     assert "nothing.rrd: does not exist" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["export", "nothing.rrd", "--netcdf", "--site", place])
+
+
+def test_a_brief_flows_within_its_sentences() -> None:
+    assert (
+        flowing("\nTask. Hold\nthe boom.\nRules. Slow:\n0.7 kn\n\nEnd\n")
+        == "Task. Hold the boom.\nRules. Slow:\n0.7 kn\n\nEnd"
+    )

@@ -52,7 +52,7 @@ CREWS = {
         missed="fed",
     ),
     "launch-from-slip": Crews(
-        good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-66.0'], text='The crew ashore pays out'}",),
+        good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-54.0'], text='The crew ashore pays out'}",),
         bad=("injects.pays={at=12.0, orders=['ties.brake.hauled=-20.0'], text='The crew ashore pays out, and stops'}",),
         boom="main",
         missed="deployed",
@@ -89,10 +89,13 @@ CREWS = {
         missed="speed",
     ),
     "deploy-and-connect": Crews(
-        good=(),
+        good=(
+            "injects.connects={when={signal='ties.connect.distance', below=4.0}, orders=['ties.connect.made_fast=true'],"
+            " text='The crew connects the booms'}",
+        ),
         bad=("injects.rests={at=40.0, orders=['vessels.boat.engine=stopped'], text='The crew rests'}",),
         boom="main",
-        missed="deployed",
+        missed="connected",
     ),
 }
 
@@ -117,7 +120,7 @@ def test_the_good_crew_passes_and_the_bad_one_misses_what_the_exercise_teaches(n
     bad = graded(name, crews.bad, crews.boom, tmp_path)
     found = {finding.criterion.key: finding.verdict for finding in bad.findings}
     assert found[crews.missed] == "missed", [(f.criterion.key, f.value, f.verdict) for f in bad.findings]
-    assert bad.share < good.share
+    assert bad.letter not in PASSED
 
 
 @pytest.mark.parametrize("name", sorted(CREWS))

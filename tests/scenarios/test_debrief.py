@@ -23,8 +23,9 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.loss_curve import loss_by_speed
-from scenarios.debrief.measures import over_by_segment
+from scenarios.debrief.measures import connected, deployed, over_by_segment, recovered_volume
 from scenarios.debrief.page import write_debrief
+from scenarios.debrief.recovery_rates import rate, rate_figures, rates_diagram
 from scenarios.problems import ScenarioError
 from scenarios.schema.criteria import CriterionSettings
 
@@ -261,6 +262,58 @@ def test_oil_that_a_skimmer_took_is_met_and_not_lost(history: BoomHistory) -> No
     assert found["skimmer"] == (5.0, "met")
     assert found["deployed"] == (pytest.approx(1.2), "met")
     assert found["strength"] == (pytest.approx(90.0), "missed")
+    series["to_berth"] = replace(series["to_berth"], value=np.array([30.0, 20.0, 10.0, 16.0]))
+    assert deployed(replace(history, series=series)) == math.inf  # however early the run ended
+
+
+def test_rates_are_means_over_the_window_and_efficiencies_of_the_whole(history: BoomHistory) -> None:
+    """Of 10 l that were there at first, a skimmer at the boom takes 4 l in 20 l of fluid, within 2 s; another boom's takes its own."""
+    assert rate(np.array([0.0, 1.0, 2.0, 4.0]), np.array([0.0, 3.0, 4.0, 4.0]), window=2.0) == pytest.approx(
+        [0.0, 3.0, 2.0, 0.0]
+    )
+    told = {"skimmers/a/oil": 0.004, "skimmers/a/water": 0.016, "skimmers/b/oil": 9.0}
+    ends = np.array([0.0, history.time[-1]])
+    series = {name: Series(index=np.arange(2), time=ends, value=np.array([0.0, sum_])) for name, sum_ in told.items()}
+    skimmed = replace(history, boom=replace(BOOM, skimmers=("a",)), series=series)
+    assert recovered_volume(skimmed)[-1] == pytest.approx(0.004)
+    assert dict(rate_figures(skimmed)) == {
+        "Largest encounter rate, mean over a minute": "7.2 m³/h",
+        "Largest recovery rate, mean over a minute": "7.2 m³/h",
+        "Throughput efficiency: oil recovered, of all oil met": "29 %",  # 4 of 14 l
+        "Recovery efficiency: oil in the fluid that skimmers took": "20 %",
+    }
+    figure = rates_diagram(skimmed, [])
+    assert figure is not None and len(figure.axes) == 3
+    assert [text.get_text() for text in figure.axes[1].get_legend().get_texts()] == [
+        "encounter rate",
+        "recovery rate",
+        "lost, resolved",
+    ]
+    dry = replace(skimmed, oil={name: 0.0 * volume for name, volume in history.oil.items()}, series={})
+    assert rates_diagram(dry, []) is None and rate_figures(dry) == []
+
+
+def test_a_funnel_passes_on_what_did_not_go_under_its_skirt(history: BoomHistory) -> None:
+    """8 l are still on their way; of 2 l that left, 1.5 l went out at the end, and half a litre under the skirt."""
+    gone = 0.75 * history.oil["lost"]
+    funnel = replace(history, boom=replace(BOOM, deployment="funnel"), oil={**history.oil, "lost/around_ends": gone})
+    found = {f.criterion.key: (f.value, f.verdict) for f in grade(funnel).findings}
+    assert found["passed_on"] == (pytest.approx(75.0), "missed")
+
+
+def test_connecting_counts_from_the_tie_that_was_made_fast_last(history: BoomHistory) -> None:
+    moments = {
+        "ties/one/made_fast": [0.0, 1.0, 1.0],
+        "ties/two/made_fast": [0.0, 0.0, 1.0],
+        "ties/far/made_fast": [0.0] * 3,
+    }
+    time = np.array([0.0, 0.7, 1.6])
+    series = {name: Series(index=np.arange(3), time=time, value=np.array(fast)) for name, fast in moments.items()}
+
+    def found(*ties: str) -> float | None:
+        return connected(replace(history, boom=replace(BOOM, waiting_ties=ties), series=series))
+
+    assert (found(), found("one"), found("one", "two"), found("one", "far")) == (None, 0.7, 1.6, math.inf)
 
 
 @pytest.mark.parametrize(
@@ -322,8 +375,8 @@ def test_the_page_needs_nothing_else_and_shows_all(recording: Path, history: Boo
         assert criterion.title in page and f"<code>{criterion.key}</code>" in page
     assert "leaks &lt;now&gt;" in page and "<now>" not in page
     assert "Oil &amp; &lt;boom&gt;" in page
-    assert page.count("<svg") == 7 and page.count("<img ") == 4
-    for name in ("map", "oil", "speed", "tension", "skirt", "along", "loss", "moment-1"):
+    assert page.count("<svg") == 8 and page.count("<img ") == 4
+    for name in ("map", "oil", "rates", "speed", "tension", "skirt", "along", "loss", "moment-1"):
         image = matplotlib.image.imread(tmp_path / "out" / f"{name}.png")
         assert image[..., :3].std() > 0.01  # something is drawn
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())

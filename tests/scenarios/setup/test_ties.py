@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
+from recordings.replay.recording import Replay
+from scenarios.debrief.boom_history import boom_histories
+from scenarios.debrief.measures import connected
 from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.running.apply_orders import give_orders
+from scenarios.running.apply_orders import give_orders, require_reach
 from scenarios.running.assembly import build
 from scenarios.running.plan import Plan
+from scenarios.running.run import RunOptions, run_scenario
 from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.layout import Layout, lay_out
 
@@ -111,3 +118,71 @@ def test_a_tie_has_two_booms_or_one_and_a_place() -> None:
     told = refused("launch-from-slip", ["ties.brake.length=3.0", "ties.brake.joints=[0, 3]"])
     assert "ties.brake.length is given beside place" in told
     assert "ties.brake.joints has 2 entries, allowed: 1 with place" in told
+
+
+WAITING = (
+    "ties.connect={booms=['main', 'far'], joints=[30, 0], length=0.6, stiffness=4e4, winch_speed=0.3, reach=5.0}",
+    "vessels.boat.position=[12.0, 46.0]",  # where the boat brings the end of its boom to the dolphin
+    "vessels.boat.legs=[{start=0.0, speed_kn=0.0, heading_deg=0.0, through=[12.0, 46.0]}]",
+)
+
+
+def test_a_tie_that_waits_is_made_fast_within_reach_and_hauled_in() -> None:
+    assembly = build(load_scenario("deploy-and-connect", overrides=WAITING).scenario)
+    simulation, world = assembly.co_simulation(), assembly.world
+    simulation.initialize()
+    line = world.lines["ties/connect"]
+    assert 0.6 < world.line_distance("ties/connect") < 5.0
+    assert world.lines.length("ties/connect") == pytest.approx(0.6)
+    simulation.step()
+    assert world.tension("ties/connect") == 0.0
+    ordered = Plan(scenario=assembly.scenario).ordered(["ties.connect.made_fast=true"], 1).scenario_at(1)
+    require_reach(assembly, ordered)
+    apart = world.line_distance("ties/connect")
+    give_orders(assembly, ordered)
+    assert world.lines.length("ties/connect") == pytest.approx(apart)
+    simulation.step()
+    assert world.lines.length("ties/connect") == pytest.approx(apart - 0.3 * 0.2)
+    told = [notice.text for notice in assembly.remarks.look(None)]
+    assert "has been made fast, and is hauled in to 0.6 m" in told
+    saved = world.save_state()
+    simulation.run(2.0)
+    assert world.lines.length("ties/connect") == pytest.approx(apart - 0.3 * 1.8)
+    assert world.line_distance("ties/connect") == pytest.approx(world.lines.length("ties/connect"), rel=0.02)
+    assert world.tension("ties/connect") > 1.0
+    world.lines.loosen("ties/connect")
+    world.restore_state(saved)
+    assert line.made_fast
+    simulation.terminate()
+
+
+def test_a_tie_out_of_reach_is_refused_and_stays_loose(tmp_path: Path) -> None:
+    scenario = load_scenario(
+        "deploy-and-connect",
+        overrides=["run.duration=0.6", "injects.tries={at=0.2, orders=['ties.connect.made_fast=true']}"],
+    ).scenario
+    record = tmp_path / "run.rrd"
+    assert run_scenario(scenario, options=RunOptions(record=record), console=Console(quiet=True)) == 0
+    replay = Replay(record)
+    (told,) = [event.text for event in replay.events if event.source == "inject tries"]
+    assert "ties.connect.made_fast cannot be true yet: its ends are " in told
+    assert " m apart, allowed: within its reach of 5 m" in told
+    assert not replay.scalars["ties/connect/made_fast"].value.any()
+    history = boom_histories(replay)[0]
+    assert connected(history) == math.inf  # it never was
+
+
+def test_orders_to_ties_that_cannot_be_are_told() -> None:
+    plan = Plan(scenario=load_scenario("deploy-and-connect").scenario)
+    fast = plan.ordered(["ties.connect.made_fast=true"], 3)
+    with pytest.raises(
+        ScenarioError, match=r"because the tie has been made fast; ties\.connect\.parted=true casts it off"
+    ):
+        fast.ordered(["ties.connect.made_fast=false"], 4)
+    with pytest.raises(ScenarioError, match="because the tie has parted"):
+        plan.ordered(["ties.connect.parted=true"], 2).ordered(["ties.connect.made_fast=true"], 4)
+    assert "ties.connect.made_fast is true at the start, allowed: false" in refused(
+        "deploy-and-connect", ["ties.connect.made_fast=true"]
+    )
+    assert "ties.aft.made_fast is true without reach" in refused("v-sweep", ["ties.aft.made_fast=true"])
+    assert "ties.connect.reach is -1" in refused("deploy-and-connect", ["ties.connect.reach=-1.0"])

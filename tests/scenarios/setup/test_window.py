@@ -99,14 +99,17 @@ def test_a_floating_body_moves_with_the_waves(tmp_path: Path) -> None:
 def test_a_body_that_drifts_into_a_window_feels_no_jump(tmp_path: Path) -> None:
     assembly = assembled(tmp_path, "[2.4, 0.0]", 0.0, 4.8, "sea.waves.height=0.001")
     participant = assembly.fluid_participant
-    shares, heights, speeds = [], [], []
+    shares, heights, speeds, met = [], [], [], []
     assert assembly.world is not None
     for _ in steps(assembly, 2.6):
         shares.append(float(participant.shares.values[0]))  # type: ignore[attr-defined]
+        met.append(len(assembly.fluid.moving_boundaries))
         heights.append(assembly.world.pose("box")[2])
         speeds.append(assembly.world.twist("box")[0])
-    assert shares[0] == 0.0
-    assert shares[-1] == 1.0
+    assert (shares[0], met[0]) == (0.0, 0)
+    assert (shares[-1], met[-1]) == (1.0, 1)
+    before = np.count_nonzero(met) - np.count_nonzero(shares)
+    assert before >= 3, "the water meets it in the rim, before it bears a share"
     assert np.all(np.diff(shares) >= 0.0)
     assert np.abs(np.diff(shares)).max() < 0.25
     assert np.abs(heights).max() < 0.25 * 0.2

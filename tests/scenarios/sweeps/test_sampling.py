@@ -10,7 +10,7 @@ import pytest
 
 from scenarios.cli import main
 from scenarios.problems import ScenarioError
-from scenarios.sweeps.chart import _rank_correlation, draw_sweep
+from scenarios.sweeps.chart import _rank_correlation, draw_sweep, drawn_figures, title_of
 from scenarios.sweeps.loss_map import draw_loss_map, lost_share
 from scenarios.sweeps.results import Outcome, write_parquet
 from scenarios.sweeps.sampling import Range, parse_range, samples
@@ -84,10 +84,31 @@ def test_parquet_holds_numbers_and_the_tornado_finds_what_moves_a_figure(tmp_pat
     table = pq.read_table(tmp_path / "sweep.parquet").to_pydict()
     assert table["oil_m3.lost"] == pytest.approx([speed**3 for speed in table["tow.speed_kn"]])
     assert set(table["ended"]) == {"completed"}
-    assert _rank_correlation(found, SPEED.key, "oil_m3.lost") == pytest.approx(1.0)
-    assert abs(_rank_correlation(found, DENSITY.key, "oil_m3.lost")) < 0.9
+    lost = [one.figures()["oil_m3.lost"] for one in found]
+    assert _rank_correlation(found, SPEED.key, lost) == pytest.approx(1.0)
+    assert abs(_rank_correlation(found, DENSITY.key, lost)) < 0.9
     draw_sweep(found, tmp_path / "sweep.png")
     assert (tmp_path / "sweep.png").stat().st_size > 5000
+
+
+def test_panels_are_of_figures_that_say_something_new() -> None:
+    runs = [
+        {
+            "oil_m3.lost.planing": 0.5,
+            "oil_m3.lost_modelled.planing": 0.5,
+            "scores.main.share": 1.0,
+            "scores.main.pull_n": 3.0,
+        },
+        {"oil_m3.lost.drainage": 0.2, "oil_m3.lost_modelled.drainage": 0.1, "scores.main.pull_n": 4.0},
+    ]
+    assert drawn_figures(runs) == {
+        "oil_m3.lost.planing": [0.5, 0.0],  # the modelled part repeats it, and the share says nothing
+        "scores.main.pull_n": [3.0, 4.0],
+        "oil_m3.lost.drainage": [0.0, 0.2],
+        "oil_m3.lost_modelled.drainage": [0.0, 0.1],
+    }
+    assert title_of("scores.main.tow_tension_n.port.mean") == "main tow tension port mean [N]"
+    assert title_of("oil_m3.lost.splash_over") == "oil lost splash over [m³]"
 
 
 def test_a_loss_map_has_a_dot_for_each_sample_and_a_tile_for_each_pair(tmp_path: Path) -> None:

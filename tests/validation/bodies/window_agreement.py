@@ -1,7 +1,7 @@
 """Case 53: the boom of case 34 in a current, by particles everywhere, in windows of several places and sizes, and by formulas.
 
 The true comparison of a window is particles everywhere, at the same spacing: formulas know no flow around the U. The window lies on the
-apex, then 1 m farther upstream, and then it is a third larger.
+apex, then 1 m farther upstream, then it is a third larger, and as large around the whole U, as deep as the basin.
 """
 
 from __future__ import annotations
@@ -11,11 +11,13 @@ from dataclasses import replace
 from scenarios.scenario import Scenario
 from tests.validation.bodies.without_particles import (
     APEX,
+    DEPTH,
     DURATION,
     LENGTH,
     SEGMENTS,
     SKIRT,
     SPEED,
+    WIDTH,
     WINDOW,
     bare,
     boom_scene,
@@ -26,7 +28,8 @@ from tests.validation.bodies.without_particles import (
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
 LARGER = 4.0 / 3.0  # [1] size of the larger window over that of the others
-PLACES = ("on the apex", "1 m upstream", "a third larger")
+AROUND = 9.35  # [m] x of the middle of the U
+PLACES = ("on the apex", "1 m upstream", "a third larger", "around the U")
 
 
 def scenes(spacing: float, threads: int | None) -> dict[str, Scenario]:
@@ -37,13 +40,14 @@ def scenes(spacing: float, threads: int | None) -> dict[str, Scenario]:
         name: replace(one, size=(LARGER * WINDOW, LARGER * WINDOW), rim=0.25 * WINDOW)
         for name, one in apex.window.items()
     }
-    windows = (apex, in_window(whole, 1.0), replace(apex, window=larger))
+    around = {name: replace(one, target=(AROUND, 0.5 * WIDTH), depth=DEPTH) for name, one in larger.items()}
+    windows = (apex, in_window(whole, 1.0), replace(apex, window=larger), replace(apex, window=around))
     return {"everywhere": whole, "formulas": bare(whole)} | dict(zip(PLACES, windows, strict=True))
 
 
 def window_agreement(resolution: int, bench: Bench) -> Outcome:
-    """Case 53: five ways to compute one scene."""
-    bench.plan(5.0 * DURATION)
+    """Case 53: six ways to compute one scene."""
+    bench.plan(6.0 * DURATION)
     found = {name: towed(scene, bench) for name, scene in scenes(SKIRT / resolution, bench.threads).items()}
     whole, values = found["everywhere"], {}
     for name in ("formulas", *PLACES):
