@@ -54,6 +54,8 @@ RUNS: dict[str, list[str]] = {
     "launch-from-slip": [
         "--set",
         "injects.pays={at=12.0, orders=['ties.brake.hauled=-54.0'], text='The crew ashore pays out'}",
+        "--until",
+        "235",
     ],
     "tow-speed-ramp": ["--demo"],
 }
