@@ -17,6 +17,9 @@ from recordings.replay.moments import Moment, placed_vertices
 
 Points = npt.NDArray[np.float64]
 _SCENE_HEIGHTS = (0.45, 0.76)  # least and largest height of a scene, in widths
+_LEAST_EXTENT = (
+    10.0  # [particle spacings] of a picture of a single point; balls would fill the picture of a smaller one
+)
 _MARGIN = 0.04  # margin around a scene, in widths
 _OIL_RADIUS = 0.6  # in particle spacings; a film one particle thick should look closed
 _CLEAR_DEPTHS = 0.9  # distance that light reaches in water, in water depths
@@ -55,10 +58,14 @@ def _shared_view(
     """Return the projection that shows all moments, and the height of their pictures [pixels]."""
     camera = run.camera or _usual_camera(moments)
     eye, target = np.array(camera.eye), np.array(camera.target)
+    seen = np.empty((0, 3))
     if exercise_only:
         seen = np.concatenate([_extent(run, _without_water(run, moment), far=np.inf) for moment in moments])
-    else:
+    if not len(seen):
         seen = np.concatenate([_extent(run, moment) for moment in moments])
+    if not len(seen) or np.ptp(seen, axis=0).max() < _LEAST_EXTENT * run.particle_spacing:
+        middle = seen.mean(axis=0) if len(seen) else target
+        seen = middle + 0.5 * _LEAST_EXTENT * run.particle_spacing * np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
     margin = _MARGIN * width
     room = int(width - 2.0 * margin)
     tight = fitted_projection(eye, target, seen, room, int(_SCENE_HEIGHTS[1] * width - 2.0 * margin))
@@ -120,11 +127,11 @@ def _without_water(run: RunDescription, moment: Moment) -> Moment:
 
 def _extent(run: RunDescription, moment: Moment, far: float = 0.5) -> Points:
     """Collect points (N, 3) [m] that the picture must contain: nearly all particles, and bodies within ``far`` times their extent."""
-    if moment.sea is not None:
-        return _extent_at_sea(run, moment)
+    if moment.sea is not None and len(afloat := _extent_at_sea(run, moment)):
+        return afloat
     parts = [position for position in moment.positions.values() if len(position)]
     if not parts:
-        return np.array([body.position for body in moment.bodies.values()]) if moment.bodies else np.zeros((1, 3))
+        return np.array([body.position for body in moment.bodies.values()]) if moment.bodies else np.empty((0, 3))
     together = np.concatenate(parts)
     lower, upper = np.percentile(together, 0.2, axis=0), np.percentile(together, 99.8, axis=0)
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (upper - lower) + lower
@@ -146,7 +153,7 @@ def _extent_at_sea(run: RunDescription, moment: Moment) -> Points:
     ]
     oil = [moment.positions[name] for name in run.oils if len(moment.positions.get(name, ()))]
     limits = [np.percentile(np.concatenate(oil), [2.0, 98.0], axis=0)] if oil else []
-    return np.concatenate([*placed, *limits]) if placed or limits else np.zeros((1, 3))
+    return np.concatenate([*placed, *limits]) if placed or limits else np.empty((0, 3))
 
 
 def _usual_camera(moments: Sequence[Moment]) -> CameraView:

@@ -92,8 +92,11 @@ def _draw_tornado(outcomes: Sequence[Outcome], drawn: Mapping[str, Sequence[floa
             axes.set_yticks(range(len(names)), names)
             axes.set_xlim(-1.0, 1.0)
             axes.set_title(title_of(key), loc="left", fontsize=9.5)
+        for axes in panels[max(0, len(drawn) - columns) : len(drawn)]:
+            axes.tick_params(labelbottom=True)  # the lowest of each column, which may have an empty place below
         for axes in panels[len(drawn) :]:
             axes.set_axis_off()
+        panels[0].invert_yaxis()  # the first entry on top, in all of them
         figure.suptitle(f"Rank correlation over {len(outcomes)} runs", x=0.0, ha="left", fontsize=10)
         figure.savefig(picture)
 

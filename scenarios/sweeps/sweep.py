@@ -18,6 +18,8 @@ from scenarios.sweeps.variants import Variant
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import clock
 
+MOST_SHOWN = 6  # [1] runs of a table in a terminal; layout; more columns have no room for their numbers
+
 
 def run_sweep(
     chosen: Sequence[Variant],
@@ -100,7 +102,8 @@ def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
         from scenarios.sweeps.loss_map import draw_loss_map
 
         draw_sweep(outcomes, folder / "sweep.png")
-        console.print(table(outcomes))
+        if len(outcomes) <= MOST_SHOWN:
+            console.print(table(outcomes))
         told += f", picture: {folder / 'sweep.png'}"
         if draw_loss_map(outcomes, folder / "loss-map.png"):
             told += f", loss map: {folder / 'loss-map.png'}"

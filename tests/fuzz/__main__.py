@@ -17,14 +17,21 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import redirect_stdout
 from functools import partial
 from pathlib import Path
 
 from scenarios.cli import main as oilsim
-from tests.fuzz.damaged_files import checkpoint_trial, fmu_trial, make_samples, mesh_trial, recording_trial
+from tests.fuzz.damaged_files import (
+    checkpoint_trial,
+    fmu_trial,
+    make_meshes,
+    make_samples,
+    mesh_trial,
+    recording_trial,
+)
 from tests.fuzz.hostile_numbers import criteria_trial, make_exercise, order_trial, signal_trial
 from tests.fuzz.scenario_files import LIBRARY, check_of, scenario_trial
 from tests.fuzz.trials import Outcome, tried
@@ -35,19 +42,25 @@ COUNTS = {
 }  # fmt: skip
 
 
-def trials(folder: Path) -> dict[str, Callable[[int], int]]:
-    """Make what the trials share, and return them by kind; a trial takes a seed."""
-    samples, exercise = make_samples(folder), make_exercise()
-    return {
-        "scenarios": scenario_trial,
-        "meshes": partial(mesh_trial, meshes=samples.meshes),
-        "fmus": partial(fmu_trial, samples=samples),
-        "recordings": partial(recording_trial, samples=samples),
-        "checkpoints": partial(checkpoint_trial, samples=samples),
-        "orders": partial(order_trial, scenario=exercise[0]),
-        "signals": partial(signal_trial, exercise=exercise),
-        "criteria": criteria_trial,
-    }
+def trials(folder: Path, kinds: Collection[str]) -> dict[str, Callable[[int], int]]:
+    """Make what the trials of some kinds share, and return these by kind; a trial takes a seed."""
+    found: dict[str, Callable[[int], int]] = {"criteria": criteria_trial}
+    if "scenarios" in kinds:
+        check_library()
+        found["scenarios"] = scenario_trial
+    if not {"orders", "signals"}.isdisjoint(kinds):
+        exercise = make_exercise()
+        found |= {
+            "orders": partial(order_trial, scenario=exercise[0]),
+            "signals": partial(signal_trial, exercise=exercise),
+        }
+    if "meshes" in kinds:
+        found["meshes"] = partial(mesh_trial, meshes=make_meshes(folder))
+    of_runs = {"fmus": fmu_trial, "recordings": recording_trial, "checkpoints": checkpoint_trial}
+    if not of_runs.keys().isdisjoint(kinds):
+        samples = make_samples(folder)
+        found |= {kind: partial(trial, samples=samples) for kind, trial in of_runs.items()}
+    return found
 
 
 def check_library() -> None:
@@ -84,9 +97,8 @@ def run_kind(kind: str, trial: Callable[[int], int], seeds: range, workers: int)
                 faults += 1
                 how = f" ({' '.join(check_of(seed))})" if kind == "scenarios" else ""
                 print(f"{kind} seed {seed}{how}: {outcome.fault}", flush=True)
-    if seeds:
-        told = ", ".join(f"{count} {end}" for end, count in sorted(ends.items()))
-        print(f"{kind}: {told}, {faults} faults, slowest {slowest:.1f} s, {time.monotonic() - begun:.0f} s", flush=True)
+    told = ", ".join(f"{count} {end}" for end, count in sorted(ends.items()))
+    print(f"{kind}: {told}, {faults} faults, slowest {slowest:.1f} s, {time.monotonic() - begun:.0f} s", flush=True)
     return faults == 0
 
 
@@ -101,11 +113,11 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     first = options.first
     with tempfile.TemporaryDirectory(prefix="oilsim-fuzz-") as folder:
-        kinds = trials(Path(folder))
-        seeds = {kind: range(first, first + getattr(options, kind)) for kind in COUNTS}
-        if options.scenarios:
-            check_library()
-        good = [run_kind(kind, kinds[kind], seeds[kind], options.workers) for kind in COUNTS]
+        kinds = [kind for kind in COUNTS if getattr(options, kind)]
+        found = trials(Path(folder), kinds)
+        good = [
+            run_kind(kind, found[kind], range(first, first + getattr(options, kind)), options.workers) for kind in kinds
+        ]
     return 0 if all(good) else 1
 
 

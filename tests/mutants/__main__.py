@@ -1,12 +1,15 @@
 """Put seeded faults into a copy of the code, one at a time, and say which of them no test notices.
 
-    python -m tests.mutants [--count 200] [--seed 0] [--only oilsim,coupling] [--seconds 120] [--recorded-runs]
+    python -m tests.mutants [--files 40] [--each 5] [--seed 0] [--only oilsim,coupling] [--seconds 30] [--recorded-runs]
 
-A fault is noticed if a quick test fails. Tests that import the faulty file run first, then those that import it through others, until one
-fails or `--seconds` of processor time are over; `--recorded-runs` puts the recorded runs of `tests.regression` behind them. Each result is
-printed and written to mutants-report/results.jsonl at once, and a run that is begun again goes on where it was ended; with more `--seconds`
-it tries what was not noticed again. A test that fails
-without a fault as well does not count: these are looked for at the end, and their faults are tried again by the next run.
+Files are drawn with chances as the number of faults they can have, and `--each` faults in each. A fault is noticed if a quick test fails
+within `--seconds` of processor time: the nearest twelve files of tests by imports and names are asked. Faults of one file's plain
+functions are put into the live functions of one session of pytest (`session`), and meet the tests that call these. Faults in kernels
+and constants are put into the file, and a fork imports, and compiles, what depends on it. `--recorded-runs` puts the recorded runs of
+`tests.regression` behind the tests.
+
+Each result is printed and written to mutants-report/results.jsonl at once. A run that is begun again goes on where it was ended; with more
+`--seconds` it tries again what was not noticed.
 """
 
 from __future__ import annotations
@@ -18,13 +21,14 @@ import random
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from tests.mutants.mutations import Mutant, mutants_of
-from tests.mutants.nearness import PACKAGES, ImportMap
-from tests.mutants.trial import fault_in_place, preload, run_tests
+from tests.mutants.nearness import PACKAGES, ImportMap, is_plain
+from tests.mutants.session import run_session
+from tests.mutants.trial import Outcome, fault_in_place, preload, run_tests
 
 ROOT = Path(__file__).parent.parent.parent
 REPORT = ROOT / "mutants-report"
@@ -49,21 +53,6 @@ class Results:
         entry = self.known.get(key(fault))
         return entry is not None and bool(entry["by"] or entry["limit"] >= seconds)
 
-    def forget(self, faults: Iterable[str]) -> None:
-        """Take results back."""
-        for fault in faults:
-            del self.known[fault]
-        text = "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in self.known.values())
-        self._file.write_text(text, encoding="utf-8")
-
-    def durations(self) -> dict[str, float]:
-        """Return the longest time [s] of each file of tests that ran whole."""
-        longest: dict[str, float] = {}
-        for entry in self.known.values():
-            for test, seconds in entry["durations"].items():
-                longest[test] = max(seconds, longest.get(test, 0.0))
-        return longest
-
 
 def key(fault: Mutant) -> str:
     """Name a fault by its file and its line with the fault in it, which holds until that line changes."""
@@ -75,10 +64,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="python -m tests.mutants", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("--count", type=int, default=200, help="faults to draw")
+    parser.add_argument("--files", type=int, default=40, help="files to draw")
+    parser.add_argument("--each", type=int, default=5, help="faults to draw in each")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
     parser.add_argument("--only", default="", help="draw from files whose path begins so; several with commas")
-    parser.add_argument("--seconds", type=float, default=120.0, help="processor time of a fault's tests")
+    parser.add_argument("--seconds", type=float, default=30.0, help="processor time of a fault's tests")
     parser.add_argument("--recorded-runs", action="store_true", help="compare recorded runs, too; minutes each")
     chosen = parser.parse_args()
     copy, cache = REPORT / "code", REPORT / "cache"
@@ -88,39 +78,59 @@ def main() -> int:
     os.chdir(copy)
     os.environ["NUMBA_CACHE_DIR"] = str(cache)
     preload()
-    drawn, results = draw(chosen.count, chosen.seed, chosen.only), Results(REPORT / "results.jsonl")
-    imports = ImportMap()
-    for number, fault in enumerate(drawn, 1):
-        if not results.settled(fault, chosen.seconds):
-            what = tried(fault, imports, results.durations(), cache, chosen.seconds, chosen.recorded_runs)
+    drawn, results = draw(chosen.files, chosen.each, chosen.seed, chosen.only), Results(REPORT / "results.jsonl")
+    imports, total = ImportMap(), sum(map(len, drawn))
+    done = sum(results.settled(fault, chosen.seconds) for faults in drawn for fault in faults)
+    for faults in drawn:
+        left = [fault for fault in faults if not results.settled(fault, chosen.seconds)]
+        for fault, outcome in tried(left, imports, cache, chosen.seconds):
+            by = outcome.failed
+            if not by and chosen.recorded_runs:
+                with fault_in_place(fault, imports.stale(fault), cache) as trial_cache:
+                    by = "" if recorded_runs_agree(trial_cache) else "tests.regression"
+            what = {"by": by, "limit": chosen.seconds, "tests": outcome.tests, "seconds": round(outcome.seconds, 1)}
             results.add(fault, **what)
-            print(f"{number}/{len(drawn)} {told(results.known[key(fault)])}", flush=True)
-    forget_unsound(results, cache)
-    return summary([results.known[key(fault)] for fault in drawn if key(fault) in results.known])
+            done += 1
+            print(f"{done}/{total} {told(results.known[key(fault)])}", flush=True)
+    return summary([results.known[key(fault)] for faults in drawn for fault in faults])
 
 
-def draw(count: int, seed: int, only: str) -> list[Mutant]:
-    """Draw faults evenly over all that the files of the present folder can have."""
-    starts = tuple(only.split(","))
-    files = [file for package in PACKAGES for file in Path(package).rglob("*.py") if str(file).startswith(starts)]
-    every = [one for file in sorted(files) for one in mutants_of(file)]
-    return random.Random(seed).sample(every, min(count, len(every)))
+def draw(files: int, each: int, seed: int, only: str) -> list[list[Mutant]]:
+    """Draw files of the present folder, with chances as the number of faults that they can have, and faults in each."""
+    starts, chance = tuple(only.split(",")), random.Random(seed)
+    paths = sorted(file for package in PACKAGES for file in Path(package).rglob("*.py") if str(file).startswith(starts))
+    every = {file: faults for file in paths if (faults := list(mutants_of(file)))}
+    drawn: dict[Path, list[Mutant]] = {}
+    while len(drawn) < min(files, len(every)):
+        (file,) = chance.choices(list(every), [len(faults) for faults in every.values()])
+        if file not in drawn:
+            drawn[file] = chance.sample(every[file], min(each, len(every[file])))
+    return list(drawn.values())
 
 
-def tried(
-    fault: Mutant, imports: ImportMap, durations: dict[str, float], cache: Path, seconds: float, runs: bool
-) -> dict[str, Any]:
-    """Run what should notice a fault, with the fault in place, and return the result's entries."""
-    tests = imports.tests_of(fault.file, durations)
-    with fault_in_place(fault, imports.stale(fault), cache) as trial_cache:
-        outcome = run_tests(tests, trial_cache, seconds) if tests else None
-        by = outcome.failed if outcome else ""
-        if not by and runs and not recorded_runs_agree(trial_cache):
-            by = "tests.regression"
-    spent, lasted = (outcome.seconds, outcome.durations) if outcome else (0.0, {})
-    whole = dict(list(lasted.items())[:-1]) if by else lasted  # the last file ended at a failure
-    rounded = {test: round(time, 2) for test, time in whole.items()}
-    return {"by": by, "limit": seconds, "seconds": round(spent, 1), "durations": rounded}
+def tried(faults: list[Mutant], imports: ImportMap, cache: Path, seconds: float) -> Iterator[tuple[Mutant, Outcome]]:
+    """Yield each fault of a file with what came of it: those of plain functions in one session, the others alone."""
+    tests = imports.tests_of(faults[0].file) if faults else []
+    plain, alone = ([fault for fault in faults if is_plain(fault) == wanted] for wanted in (True, False))
+    if plain:
+        for fault, outcome in run_session(plain, tests, cache, seconds):
+            if outcome is None:
+                alone.append(fault)
+            else:
+                yield fault, outcome
+    sound: dict[str, bool] = {}
+    for fault in alone:
+        asked, outcome = [*tests], Outcome("", 0, 0.0)
+        while asked:
+            with fault_in_place(fault, imports.stale(fault), cache) as trial_cache:
+                outcome = run_tests(asked, trial_cache, seconds)
+            name = outcome.failed
+            if "::" in name and name not in sound:
+                sound[name] = not run_tests([name], cache, seconds=1e3).failed
+            if sound.get(name, True):
+                break
+            asked = [one for one in asked if one != name.partition("::")[0]]  # it fails without a fault as well
+        yield fault, outcome
 
 
 def recorded_runs_agree(cache: Path) -> bool:
@@ -132,23 +142,10 @@ def recorded_runs_agree(cache: Path) -> bool:
     return done.returncode == 0
 
 
-def forget_unsound(results: Results, cache: Path) -> None:
-    """Run the tests that noticed faults without any, and take back what those that fail again have said."""
-    noticing = {entry["by"] for entry in results.known.values() if "::" in entry["by"]}
-    unsound: set[str] = set()
-    while left := sorted(noticing - unsound):
-        outcome = run_tests(left, cache, seconds=3600.0)
-        if not outcome.failed:
-            break
-        unsound.add(outcome.failed)
-    for test in sorted(unsound):
-        print(f"fails without a fault as well: {test}")
-    results.forget([fault for fault, entry in results.known.items() if entry["by"] in unsound])
-
-
 def told(entry: dict[str, Any]) -> str:
     """Write a result in a line."""
-    return f"{'noticed' if entry['by'] else 'NOT NOTICED'} in {entry['seconds']:.0f} s: {entry['fault']} {entry['by']}"
+    verdict = "noticed" if entry["by"] else "NOT NOTICED" if entry["tests"] else "NO TEST CALLS IT"
+    return f"{verdict} in {entry['seconds']:.0f} s: {entry['fault']} {entry['by']}"
 
 
 def summary(entries: list[dict[str, Any]]) -> int:

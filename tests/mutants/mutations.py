@@ -60,6 +60,15 @@ def mutants_of(file: Path) -> Iterator[Mutant]:
             yield Mutant(file, node.lineno, node.col_offset, node.col_offset + 1, "+")
 
 
+def functions_around(fault: Mutant) -> list[ast.FunctionDef]:
+    """Return the functions in whose bodies a fault is, the outermost first."""
+    around = [
+        node for node in ast.walk(ast.parse(fault.file.read_bytes()))
+        if isinstance(node, ast.FunctionDef) and node.body[0].lineno <= fault.line <= (node.end_lineno or 0)
+    ]  # fmt: skip
+    return sorted(around, key=lambda node: node.lineno)
+
+
 def _computing(tree: ast.AST) -> Iterator[ast.AST]:
     """Yield the nodes of a tree that compute: annotations, and what is raised or said, are left out."""
     for name, value in ast.iter_fields(tree):

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 
-from tests.mutants.mutations import Mutant
+from tests.mutants.mutations import Mutant, functions_around
 
 PACKAGES = ("oilsim", "coupling", "booms", "vessels", "recordings", "scenarios")
 UNASKED = (
@@ -18,6 +18,7 @@ UNASKED = (
     "benchmarks",
     "regression",
 )  # rooms of tests that compare texts, or take long
+NEAREST = 12  # files of tests that a fault meets at most
 COMPILING = ("njit", "inlined", "exactly_inlined")  # decorators of kernels
 
 
@@ -59,30 +60,30 @@ class ImportMap:
             reached |= dict.fromkeys(edge, steps)
         return reached
 
-    def tests_of(self, file: Path, durations: dict[str, float]) -> list[str]:
-        """Order the tests of a file: those that import or name it, its room's, the others that reach it; `durations` are in seconds."""
+    def tests_of(self, file: Path) -> list[str]:
+        """Order the tests of a file: those that import or name it, its room's, the others that reach it."""
         room, distances = Path("tests", *file.parent.parts), self.distances(file)
         while not room.is_dir():
             room = room.parent
 
-        def order(test: Path) -> tuple[bool, bool, int, float, str]:
+        def order(test: Path) -> tuple[bool, bool, int, str]:
             far = distances.get(test, 9)
             named = far < 2 or test.stem.removeprefix("test_") == file.stem
-            return not named, test.parent != room, far, durations.get(str(test), 5.0), str(test)
+            return not named, test.parent != room, far, str(test)
 
         tests = {one for one in (*distances, *room.glob("test_*.py")) if one.name.startswith("test_")}
-        return [str(one) for one in sorted(tests, key=order) if len(one.parts) > 2 and one.parts[1] not in UNASKED]
+        asked = [one for one in sorted(tests, key=order) if len(one.parts) > 2 and one.parts[1] not in UNASKED]
+        return [str(one) for one in asked[:NEAREST]]
 
     def stale(self, fault: Mutant) -> set[Path]:
         """Name the files whose compiled kernels a fault may change: numba does not see that what a kernel inlines has changed."""
-        tree = ast.parse(fault.file.read_bytes())
-        around = [
-            node for node in ast.walk(tree)
-            if isinstance(node, ast.FunctionDef) and node.lineno <= fault.line <= (node.end_lineno or 0)
-        ]  # fmt: skip
-        if around and not any(_compiled(node) for node in around):
-            return {fault.file}
-        return set(self.distances(fault.file))
+        return {fault.file} if is_plain(fault) else set(self.distances(fault.file))
+
+
+def is_plain(fault: Mutant) -> bool:
+    """Tell whether a fault is in a function that Python runs, not in a compiled one or among a module's constants."""
+    around = functions_around(fault)
+    return bool(around) and not any(_compiled(node) for node in around)
 
 
 def _module(file: Path) -> str:

@@ -1,4 +1,4 @@
-"""Run tests with a fault in place, in a fork of a process that has loaded the libraries and none of oilsim."""
+"""Run tests with a fault in its file, in a fork of a process that has loaded the libraries and none of oilsim."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 from tests.mutants.mutations import Mutant
 from tests.mutants.nearness import PACKAGES
@@ -21,27 +21,28 @@ LIBRARIES = (
     "numpy", "numba", "scipy.spatial", "scipy.sparse.linalg", "scipy.optimize", "trimesh", "rerun", "pyarrow", "matplotlib.pyplot",
     "pytest", "cattrs", "rich.console", "rich.table", "jinja2", "pybullet",
 )  # fmt: skip
+QUIET = ("-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "timeout=0")
 LONGEST = 200  # [s] of processor time of one test; a fault that makes it longer is noticed, because tests are quick
 WAITED = 1500.0  # [s] of a trial, by the clock: a test that sleeps so long is a fault that is noticed
 
 
 class Outcome(NamedTuple):
-    """The end of a trial: the test that failed, or "" if none did; seconds of processor time; and seconds by file of tests."""
+    """The end of a trial: the test that failed, or "" if none did, how many ran, and seconds of processor time."""
 
     failed: str
+    tests: int
     seconds: float
-    durations: dict[str, float]
 
 
 class Watch:
-    """A plugin of pytest: notes the first failure and the time of each file, and ends the session when its time is over."""
+    """A plugin of pytest: notes the first failure, and leaves it where the parent finds it should this process be ended."""
 
     def __init__(self, report: Path, limit: float) -> None:
-        self._report, self._limit, self._durations = report, limit, dict[str, float]()
-        self.failed, self.test = "", ""
+        self._report, self._limit, self._tests = report, limit, 0
+        self.failed, self.running = "", ""
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
-        self.test, self._begun = nodeid, _processor_time()
+        self.running, self._tests = nodeid, self._tests + 1
         signal.setitimer(signal.ITIMER_PROF, LONGEST)  # its signal ends the process, in a compiled loop, too
         self.write()
 
@@ -53,19 +54,16 @@ class Watch:
         if report.failed:
             self.failed = self.failed or str(report.nodeid)
 
-    def pytest_runtest_logfinish(self, nodeid: str) -> None:
-        file = nodeid.partition("::")[0]
-        self._durations[file] = self._durations.get(file, 0.0) + _processor_time() - self._begun
-        self.test = ""
+    def pytest_runtest_logfinish(self) -> None:
+        self.running = ""
         self.write()
 
     def pytest_runtest_protocol(self, item: Any) -> None:
-        if _processor_time() > self._limit:
+        if processor_time() > self._limit:
             item.session.shouldstop = "the trial's time is over"
 
     def write(self) -> None:
-        """Leave what is known where the parent finds it, should this process be ended."""
-        self._report.write_text(json.dumps([self.failed, self.test, self._durations]))
+        self._report.write_text(json.dumps([self.failed, self.running, self._tests]))
 
 
 def preload() -> None:
@@ -77,7 +75,7 @@ def preload() -> None:
 @contextmanager
 def fault_in_place(fault: Mutant, stale: set[Path], cache: Path) -> Iterator[Path]:
     """Put a fault into its file, and yield a cache without the kernels that it may change; kernels of others are kept for later trials."""
-    before, trial_cache = fault.file.read_bytes(), cache.with_name("trial-cache")
+    before, stamp, trial_cache = fault.file.read_bytes(), fault.file.stat(), cache.with_name("trial-cache")
     stems = {file.stem for file in stale}
     shutil.rmtree(trial_cache, ignore_errors=True)
     shutil.copytree(
@@ -88,9 +86,8 @@ def fault_in_place(fault: Mutant, stale: set[Path], cache: Path) -> Iterator[Pat
         fault.file.write_text(fault.apply())
         yield trial_cache
     finally:
-        stamp = fault.file.stat()
         fault.file.write_bytes(before)
-        os.utime(fault.file, ns=(stamp.st_atime_ns, stamp.st_mtime_ns + 10**9))
+        os.utime(fault.file, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
         _keep(trial_cache, cache, stems)
 
 
@@ -103,70 +100,61 @@ def _keep(trial_cache: Path, cache: Path, stems: set[str]) -> None:
             file.replace(kept)
 
 
-def run_tests(tests: list[str], cache: Path, seconds: float, first_failure: bool = True) -> Outcome:
+def run_tests(tests: list[str], cache: Path, seconds: float) -> Outcome:
     """Run tests in a fork until one fails or `seconds` of processor time are over."""
     with tempfile.TemporaryDirectory(prefix="oilsim-mutant-") as folder:
         report = Path(folder, "report.json")
-        begun, before = time.monotonic(), os.times()
-        child = os.fork()
-        if child == 0:
-            _run(tests, cache, report, seconds, first_failure)
-        status = _ended(child, begun + WAITED)
-        after = os.times()
-        spent = after.children_user + after.children_system - before.children_user - before.children_system
-        failed, test, durations = json.loads(report.read_text()) if report.exists() else ("", "", {})
-    if not failed and status not in (0, 1, 2, 5):  # 2: its time was over; 5: no test was collected
-        failed = test or "pytest itself"
-    return Outcome(failed, spent, durations)
+
+        def call() -> None:
+            import pytest
+
+            enter(cache, Path(folder))
+            watch = Watch(report, processor_time() + seconds)
+            pytest.main([*QUIET, "-x", *tests], plugins=[watch])
+            watch.write()
+
+        status, spent = forked(call)
+        failed, running, count = json.loads(report.read_text()) if report.exists() else ("", "pytest", 0)
+    return Outcome(failed or (running if status else ""), count, spent)
 
 
-def _run(tests: list[str], cache: Path, report: Path, seconds: float, first_failure: bool) -> NoReturn:
-    """Run pytest in the child, on the modules of the present folder."""
-    import numba
-    import pytest
-
-    os.setpgid(0, 0)
-    silence = os.open(os.environ.get("MUTANTS_LOG", os.devnull), os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    os.dup2(silence, 1)
-    os.dup2(silence, 2)
-    os.environ |= {"PYTHONPATH": str(Path.cwd()), "NUMBA_CACHE_DIR": str(cache), "TMPDIR": str(report.parent)}
-    tempfile.tempdir = str(report.parent)
-    numba.config.CACHE_DIR = str(cache)
-    for name in [name for name in sys.modules if name.partition(".")[0] in (*PACKAGES, "tests")]:
-        del sys.modules[name]
-    sys.path[:] = [str(Path.cwd()), *(place for place in sys.path if not Path(place, "oilsim").is_dir())]
-    watch, code = Watch(report, seconds), 3
-    try:
-        quick = [
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            "-p",
-            "no:xdist",
-            "-o",
-            "timeout=0",
-            *(["-x"] if first_failure else []),
-        ]
-        code = pytest.main([*quick, *tests], plugins=[watch])
-    finally:
-        watch.write()
-        os._exit(code)
-
-
-def _ended(child: int, until: float) -> int:
-    """Wait for the child, and end it and what it started if its time is over; return its exit code, minus a signal's number."""
+def forked(call: Callable[[], None]) -> tuple[int, float]:
+    """Call in a fork of this process; return its exit code, minus a signal's number, and the processor time [s] it took."""
+    before, until = processor_time(), time.monotonic() + WAITED
+    child = os.fork()
+    if child == 0:
+        try:
+            os.setpgid(0, 0)
+            call()
+            os._exit(0)
+        finally:
+            os._exit(1)
     while True:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
-            return os.waitstatus_to_exitcode(status)
+            return os.waitstatus_to_exitcode(status), processor_time() - before
         if time.monotonic() > until:
             os.killpg(child, signal.SIGKILL)
             os.waitpid(child, 0)
-            return -signal.SIGKILL
-        time.sleep(0.05)
+            return -signal.SIGKILL, processor_time() - before
+        time.sleep(0.02)
 
 
-def _processor_time() -> float:
+def enter(cache: Path, folder: Path) -> None:
+    """Make this process, a fork, see the modules of the present folder only, a cache of kernels, and a folder for temporary files."""
+    import numba
+
+    silence = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silence, 1)
+    os.dup2(silence, 2)
+    os.environ |= {"PYTHONPATH": str(Path.cwd()), "NUMBA_CACHE_DIR": str(cache), "TMPDIR": str(folder)}
+    tempfile.tempdir, numba.config.CACHE_DIR = str(folder), str(cache)
+    for name in [name for name in sys.modules if name.partition(".")[0] in (*PACKAGES, "tests")]:
+        del sys.modules[name]
+    sys.path[:] = [str(Path.cwd()), *(place for place in sys.path if not Path(place, "oilsim").is_dir())]
+
+
+def processor_time() -> float:
     """Return the processor time [s] of this process and of those it started and waited for."""
     spent = os.times()
     return spent.user + spent.system + spent.children_user + spent.children_system

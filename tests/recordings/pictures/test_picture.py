@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -12,9 +13,12 @@ import pytest
 from recordings.frame import BodyFrame, Frame, PhaseFrame
 from recordings.pictures.picture import draw_picture
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
-from recordings.replay.moments import key_steps, placed_vertices
+from recordings.pictures.scenes import render_moments
+from recordings.replay.moments import Moment, key_steps, placed_vertices
+from recordings.replay.surface import DrawnSea
 from recordings.sink.plots import plots_with_series
 from recordings.sink.recorder import Recorder
+from recordings.surface import SurfaceFrame
 
 SIZE = 200  # pixels
 FOCAL = 400.0
@@ -99,6 +103,19 @@ def test_a_fitted_camera_sees_every_point() -> None:
     assert (depth > 0.0).all()
     touching = [pixels[:, 0].min() < 1e-6, pixels[:, 1].min() < 1e-6]
     assert any(touching)
+
+
+def test_water_alone_below_a_drawn_surface_is_framed_by_itself(made_up: ModuleType) -> None:
+    """Without bodies and oil the camera once zoomed in on a point, and a ball took billions of pixels."""
+    run = replace(made_up.describe(), meshes={}, camera=None)
+    lines = np.array([0.0, 4.0])
+    surface = SurfaceFrame(x=lines, y=lines, height=np.zeros((2, 2), np.float32), box=(0, 4, 0, 4), is_clear=True)
+    water = np.random.default_rng(1).uniform(0.0, [4.0, 4.0, 0.5], (400, 3)).astype(np.float32)
+    moment = Moment(time=0.0, positions={"ocean": water}, bodies={}, sea=DrawnSea(surface=surface, image=None))
+    (image,) = render_moments(run, [moment], 300)
+    blue = image[..., 2] > image[..., 0] + 0.1
+    assert 0.7 < blue.any(axis=0).mean() < 1.0  # nearly as wide as the picture, and with a margin
+    assert blue.mean() < 0.5
 
 
 def test_placed_vertices_turn_by_the_quaternion() -> None:

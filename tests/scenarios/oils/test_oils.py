@@ -76,6 +76,14 @@ def test_weathering_follows_the_records_own_samples_and_mooney() -> None:
     ratio = found.viscosity_at(0.0, evaporated=0.2, water_content=0.7) / found.viscosity_at(0.0, evaporated=0.2)
     assert ratio == pytest.approx(emulsion_factor(0.7))
     assert oil(*TWICE, *THIN).viscosity_gain == 5.0
+    assert oil(*TWICE, *THIN).density_gain == 0.18
+
+
+def test_two_densities_that_contradict_thermal_expansion_give_way_to_that_of_crudes() -> None:
+    """A density that grows with the temperature, or falls by 10 kg/m3 a degree, is a measuring error."""
+    for second in (900.0 + 5.0, 900.0 - 100.0):
+        found = oil(Measurement("density", 283.15, 0.0, 900.0), Measurement("density", 293.15, 0.0, second), *THIN)
+        assert found.density_at(0.0) == pytest.approx(900.0 + 0.8 * 10.0)
 
 
 def test_api_gravity_and_density_are_inverse() -> None:
