@@ -21,6 +21,9 @@ from recordings.replay.recording import Replay
 
 Arrays = Mapping[str, npt.NDArray[np.generic]]
 
+NOTHING = np.empty((0, 3))  # vertices
+NO_FACES = np.empty((0, 3), np.int64)
+
 
 def write_vtk(replay: Replay, folder: Path, *, interval: float | None = None) -> int:
     """Write ``PHASE.vtp.series`` and ``bodies.vtp.series`` with their files, ``interval`` [s] apart; return the number of files."""
@@ -57,7 +60,7 @@ def _particle_data(frame: PhaseFrame, lost: list[npt.NDArray[np.uint32]]) -> Arr
 
 
 def _write_bodies(replay: Replay, path: Path, index: int) -> Path:
-    """Write all bodies' surfaces at one step; each vertex has the number of its body and the tension in it."""
+    """Write all bodies' surfaces at one step, none where a damaged recording lacks them; each vertex has its body's number and tension."""
     bodies = bodies_at(replay, index)
     shown = [(number, name) for number, name in enumerate(replay.run.meshes) if name in bodies]
     meshes = [replay.run.meshes[name] for _, name in shown]
@@ -69,7 +72,7 @@ def _write_bodies(replay: Replay, path: Path, index: int) -> Path:
         "tension": np.repeat([bodies[name].tension for _, name in shown], counts),
     }
     faces = [mesh.faces.astype(np.int64) + start for mesh, start in zip(meshes, starts, strict=False)]
-    _write(path, np.concatenate(vertices), data, np.concatenate(faces))
+    _write(path, np.concatenate([NOTHING, *vertices]), data, np.concatenate([NO_FACES, *faces]))
     return path
 
 

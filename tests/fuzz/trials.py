@@ -47,6 +47,9 @@ def tried(call: Callable[[], int]) -> Outcome:
     said = _said(reading, begun + WAITED)
     status = _ended(child, begun + WAITED)
     seconds = time.monotonic() - begun
+    runtime = place / "tmp" / f"oilsim-{os.getuid()}"  # of orders to runs: it outlives them, empty
+    if runtime.is_dir() and not any(runtime.iterdir()):
+        runtime.rmdir()
     left = sorted(str(path.relative_to(place)) for folder in ("work", "tmp") for path in (place / folder).rglob("*"))
     shutil.rmtree(place, ignore_errors=True)
     return Outcome(-1 if status is None else status, seconds, said, _fault(status, said, left))

@@ -244,6 +244,24 @@ def test_vtk_reads_back_with_points_ids_and_times(replay: Replay, tmp_path: Path
     assert vtk_to_numpy(hull.GetPoints().GetData())[:, 0].max() == pytest.approx(5.0)
 
 
+def test_vtk_of_a_step_without_bodies_has_no_surface(tmp_path: Path) -> None:
+    """As in a recording that was damaged: the body's pose is known from the second step on."""
+    path = tmp_path / "late.rrd"
+    hull = MeshDescription(vertices=np.eye(3), faces=np.array([[0, 1, 2]]))
+    with Recorder(path, frame_rate=2.0) as recorder:
+        recorder.initialized(
+            RunDescription(name="late", particle_spacing=SPACING, phases=(), meshes={"vessels/port": hull})
+        )
+        for index in range(2):
+            bodies = frame(index).bodies if index else {}
+            recorder.step_completed(
+                Frame(index=index, time=0.5 * index, bodies=bodies, scalars={}, read_phases=dict, read_lost=dict)
+            )
+    assert write_vtk(Replay(path), tmp_path) == 2
+    assert 'NumberOfPoints="0"' in (tmp_path / "bodies_000000.vtp").read_text(errors="ignore")
+    assert 'NumberOfPoints="3"' in (tmp_path / "bodies_000001.vtp").read_text(errors="ignore")
+
+
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
 def test_tables_hold_every_series_and_the_tracks_asked_for(kind: str, replay: Replay, tmp_path: Path) -> None:
     written = write_tables(replay, tmp_path, kind, tracks=["oil"], ids=[7, 143])
