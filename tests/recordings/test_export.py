@@ -255,7 +255,14 @@ def test_vtk_of_a_step_without_bodies_has_no_surface(tmp_path: Path) -> None:
         for index in range(2):
             bodies = frame(index).bodies if index else {}
             recorder.step_completed(
-                Frame(index=index, time=0.5 * index, bodies=bodies, scalars={}, read_phases=dict, read_lost=dict)
+                Frame(
+                    index=index,
+                    time=0.5 * index,
+                    bodies=bodies,
+                    scalars={"oil_retained": 1.0},
+                    read_phases=dict,
+                    read_lost=dict,
+                )
             )
     assert write_vtk(Replay(path), tmp_path) == 2
     assert 'NumberOfPoints="0"' in (tmp_path / "bodies_000000.vtp").read_text(errors="ignore")
