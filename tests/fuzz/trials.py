@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import resource
 import select
@@ -59,6 +60,7 @@ def _run(call: Callable[[], int], place: Path, writing: int) -> NoReturn:
     """Run the call in the child; nothing comes back but its exit code, and its messages through the pipe."""
     code = 99
     try:
+        faulthandler.disable()  # a crash is told by its signal
         os.setpgid(0, 0)  # so that it can be ended with its own children
         os.dup2(writing, 1)
         os.dup2(writing, 2)
