@@ -41,7 +41,7 @@ from coupling.solids.signed_distance import Box
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
 from oilsim.advance_report import AdvanceReport
-from oilsim.boundary import RIGHT_ANGLE
+from oilsim.phases import RIGHT_ANGLE
 from oilsim.solver import Fluid
 
 Array = npt.NDArray[np.float64]

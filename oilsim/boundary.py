@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from oilsim.boundaries.boundary_particles import RIGHT_ANGLE, SIDES, BoundaryParticles, solid_box, tank_walls
+from oilsim.boundaries.boundary_particles import SIDES, BoundaryParticles, solid_box, tank_walls
 
-__all__ = ["RIGHT_ANGLE", "SIDES", "BoundaryParticles", "solid_box", "tank_walls"]
+__all__ = ["SIDES", "BoundaryParticles", "solid_box", "tank_walls"]

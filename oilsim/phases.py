@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 from oilsim.quantity import quantity, require
 
+# [deg] contact angle of walls that do not draw one liquid more than another; theory; Young's law
+RIGHT_ANGLE = 90.0
 # [1] largest nu dt / d^2 of explicit viscosity; measured; beyond it noise beside walls grows by Eq. 25, from 0.26 on by the split scheme
 EXPLICIT_UP_TO = 0.2
 
@@ -31,6 +33,19 @@ class Phase:
 
     def __post_init__(self) -> None:
         require(f"phase {self.name!r}", Phase, vars(self))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wetting:
+    """How liquids meet a wall.
+
+    contact_angle  [deg] at which interfaces meet it, through the liquid with the larger interfacial tension
+    """
+
+    contact_angle: float = quantity("deg", default=RIGHT_ANGLE, at_least=0.0, at_most=180.0)
+
+    def __post_init__(self) -> None:
+        require("wetting", Wetting, vars(self))
 
 
 def capillary_inertia(phases: Iterable[Phase]) -> float:

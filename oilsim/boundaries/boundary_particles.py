@@ -20,13 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
-from oilsim.quantity import quantity, require
+from oilsim.phases import RIGHT_ANGLE, Wetting
+from oilsim.quantity import quantity_of, require
 
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
 # [1] layers of wall particles; theory; they fill the support of 2.75 spacings
 LAYERS = 2
-# [deg] contact angle of walls that do not draw one liquid more than another; theory; Young's law
-RIGHT_ANGLE = 90.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +47,7 @@ class BoundaryParticles:
     volume: NDArray[np.float64]
     area: NDArray[np.float64]
     no_slip: bool = False
-    contact_angle: float = quantity("deg", default=RIGHT_ANGLE, at_least=0.0, at_most=180.0)
+    contact_angle: float = quantity_of(Wetting, "contact_angle")
     normal: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import ClassVar
 
-from oilsim.boundary import BoundaryParticles
+from oilsim.phases import Wetting
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector, directed, exactly_one
@@ -152,7 +152,7 @@ class BodySettings(Section):
     angular_velocity: Vector = quantity("rad/s", default=(0.0, 0.0, 0.0))
     contact: bool = True
     no_slip: bool = False
-    contact_angle: float = quantity_of(BoundaryParticles, "contact_angle")
+    contact_angle: float = quantity_of(Wetting, "contact_angle")
     color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
 
     def problems(self) -> Iterator[Problem]:

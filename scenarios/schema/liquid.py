@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
 from booms.losses.liquids import OilOnWater
-from oilsim.boundary import BoundaryParticles
 from oilsim.config import FluidConfig, contradictions
 from oilsim.emitter import PipeEmitter
-from oilsim.phases import Phase
+from oilsim.phases import Phase, Wetting
 from oilsim.quantity import quantity, quantity_of
 from scenarios.oils.library import fault_of, oil_named
 from scenarios.oils.properties import MOST_EVAPORATED, MOST_WATER
@@ -168,7 +167,7 @@ class Tank(Section):
     open: tuple[Side, ...] = ()
     periodic: tuple[Axis, ...] = ()
     no_slip: bool = False
-    contact_angle: float = quantity_of(BoundaryParticles, "contact_angle")
+    contact_angle: float = quantity_of(Wetting, "contact_angle")
 
     def problems(self) -> Iterator[Problem]:
         """Check that the box has a volume, and that no side is both open and periodic."""
