@@ -37,7 +37,7 @@ class Phase:
 
 @dataclass(frozen=True, kw_only=True)
 class Wetting:
-    """How liquids meet a wall.
+    """The way in which liquids meet a wall.
 
     contact_angle  [deg] at which interfaces meet it, through the liquid with the larger interfacial tension
     """
