@@ -134,7 +134,9 @@ def write(verdicts: Sequence[Verdict], tracks: Sequence[Track], wall: float, out
             for track in tracks
         ],
     }  # fmt: skip
-    (output / "paper.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    (output / "paper.json").write_text(
+        json.dumps(told, indent=1, default=lambda value: value.tolist()) + "\n", encoding="utf-8"
+    )
 
 
 def _row(one: Verdict) -> str:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-from tests.paper.conclusions import costs
+from tests.paper.__main__ import write
+from tests.paper.conclusions import Verdict, costs
 from tests.paper.shapes import coating, footprint
 from tests.paper.timing import Timing, schemes
 
@@ -80,3 +83,10 @@ def test_a_relaxation_that_saves_time_is_told(change: float, holds: bool) -> Non
         for place, name in enumerate(names)
     ]
     assert [one.holds for one in costs(timings)] == [holds, None, None]
+
+
+def test_a_report_takes_verdicts_of_measured_numbers(tmp_path: Path) -> None:
+    held = np.float64(0.3) > 0.1  # a bool of numpy, as measurements give
+    write([Verdict(figure=4, statement="oil drifts", setting="SI", measured="0.3 m", holds=held)], [], 60.0, tmp_path)
+    assert json.loads((tmp_path / "paper.json").read_text())["conclusions"][0]["holds"] is True
+    assert "| holds |" in (tmp_path / "paper.md").read_text()
