@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
-from oilsim.phases import RIGHT_ANGLE, Wetting
+from oilsim.phases import Wetting
 from oilsim.quantity import quantity_of, require
 
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
@@ -142,7 +142,6 @@ def tank_walls(
     dimension: int = 3,
     name: str = "tank",
     no_slip: bool = False,
-    contact_angle: float = RIGHT_ANGLE,
 ) -> BoundaryParticles:
     """Return the wall particles of a box tank whose inside reaches from lower to upper (3,) [m]; `sides` are the closed ones.
 
@@ -169,9 +168,8 @@ def tank_walls(
     # the first layer faces the liquid; edges, which lie behind two sides at once, face none
     facing = ((depth > 0.0).sum(axis=1) == 1) & (depth.max(axis=1) < spacing)
     return BoundaryParticles(
-        name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip,
-        contact_angle=contact_angle,
-    )  # fmt: skip
+        name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip
+    )
 
 
 def solid_box(

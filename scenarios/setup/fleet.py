@@ -240,6 +240,26 @@ class _Ends:
     tensions: dict[str, str] = field(default_factory=dict)
 
 
+def _layout(
+    name: str,
+    settings: BoomSettings,
+    scenario: Scenario,
+    places: tuple[Point2, Point2],
+    water_level: float,
+    line: Array | None,
+) -> BoomLayout:
+    """Lay a boom off its reel, along a line (S + 1, 2) [m], or between two places [m], in its stream if it has one."""
+    boom, whole, (first, second) = _boom(settings, scenario), f"boom/{name}", places
+    if settings.reel is not None:
+        return lay_off_reel(boom, first, second, water_level, whole)
+    if line is not None:
+        return lay_along(boom, line, water_level=water_level, name=whole)
+    if settings.stream is not None:
+        return lay_in_stream(boom, first, second, settings.stream, water_level=water_level, name=whole)
+    bulge = bulge_of(settings, scenario)
+    return lay_between(boom, first, second, water_level=water_level, name=whole, bulge=bulge)
+
+
 def _laid(
     name: str,
     settings: BoomSettings,
@@ -249,7 +269,6 @@ def _laid(
     line: Array | None,
 ) -> tuple[BoomLayout, _Ends]:
     """Lay a boom between its ends, or along a line (S + 1, 2) [m] in which ties hold it, and make it fast there."""
-    boom = _boom(settings, scenario)
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
     moored = held_ends(scenario.moorings, name, settings.segments)
     tied = tied_ends(scenario.ties, name, settings.segments)
@@ -260,17 +279,9 @@ def _laid(
         and not any(tied)
     ):
         _require_slack(math.dist(*places), settings.length)
-    bulge, stream = bulge_of(settings, scenario), settings.stream
-    first, second = places
-    if settings.reel is not None:
-        layout = lay_off_reel(boom, first, second, water_level, f"boom/{name}")
-    elif line is not None:
-        layout = lay_along(boom, line, water_level=water_level, name=f"boom/{name}")
-    elif stream is None:
-        layout = lay_between(boom, first, second, water_level=water_level, name=f"boom/{name}", bulge=bulge)
-    else:
-        layout = lay_in_stream(boom, first, second, stream, water_level=water_level, name=f"boom/{name}")
-    layout = grounded(layout, scenario, water_level)
+    layout = grounded(
+        _layout(name, settings, scenario, (places[0], places[1]), water_level, line), scenario, water_level
+    )
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
@@ -278,27 +289,32 @@ def _laid(
         if not isinstance(end, str) and (moored[index] or tied[index]):
             mooring = leg_that_holds(scenario.moorings, name, settings.segments * index)
             ends.tensions[label] = tie_name(tied[index] or "") if mooring is None else leg_name(mooring)
-            continue
-        if settings.reel is not None and index == 0:
+        elif settings.reel is not None and index == 0:
             ends.lines.append(reel_line(name, layout, settings.reel))
             ends.tensions[label] = reel_name(name)
-            continue
-        if not isinstance(end, str):
+        elif not isinstance(end, str):
             ends.joints.append(PlacedJoint(name=holds, body_a=segment, body_b=None, point=point))
             ends.tensions[label] = holds
-            continue
-        tow_point = vessels[end].initial_tow_point(water_level)
-        if settings.line_stiffness is not None:
-            ends.lines.append(strung(holds, vessels[end], segment, np.array([tow_point, point]), settings, water_level))
-            ends.tensions[label] = holds
-            continue
-        bodies, fast = tow_line(
-            holds, body_of(end), tow_point, segment, point, mass_per_meter=LINE_MASS, diameter=LINE_DIAMETER
-        )
-        ends.links += [Solid(placed=body, contact=False, wetted=False) for body in bodies]
-        ends.joints += fast
-        ends.tensions[label] = fast[-1].name
+        else:
+            ends.tensions[label] = _towed(ends, holds, (end, vessels[end]), (segment, point), settings, water_level)
     return layout, ends
+
+
+def _towed(
+    ends: _Ends, line: str, tow: tuple[str, Vessel], held: tuple[str, Array], settings: BoomSettings, water_level: float
+) -> str:
+    """Add a tow line from a vessel, by its name, to a point [m] of a segment; returns the part that carries its tension."""
+    (end, vessel), (segment, point) = tow, held
+    tow_point = vessel.initial_tow_point(water_level)
+    if settings.line_stiffness is not None:
+        ends.lines.append(strung(line, vessel, segment, np.array([tow_point, point]), settings, water_level))
+        return line
+    bodies, fast = tow_line(
+        line, body_of(end), tow_point, segment, point, mass_per_meter=LINE_MASS, diameter=LINE_DIAMETER
+    )
+    ends.links += [Solid(placed=body, contact=False, wetted=False) for body in bodies]
+    ends.joints += fast
+    return fast[-1].name
 
 
 def _line_of(name: str, scenario: Scenario, vessels: Mapping[str, Vessel], water_level: float) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import trimesh
@@ -151,9 +151,8 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
             periodic=config.periodic,
             dimension=settings.dimension,
             no_slip=tank.no_slip,
-            contact_angle=tank.contact_angle,
         )
-        handle = fluid.add_boundary(walls)
+        handle = fluid.add_boundary(replace(walls, contact_angle=tank.contact_angle))
     level = water_level(scenario, positions)
     forcings = tuple(forcings_of(scenario, level))
     drift = next((forcing for forcing in forcings if isinstance(forcing, WindDrift)), None)

@@ -267,7 +267,7 @@ def test_oil_that_a_skimmer_took_is_met_and_not_lost(history: BoomHistory) -> No
 
 
 def test_rates_are_means_over_the_window_and_efficiencies_of_the_whole(history: BoomHistory) -> None:
-    """Of 10 l that were there at first, a skimmer at the boom takes 4 l in 20 l of fluid, within 2 s; another boom's takes its own."""
+    """A skimmer at the boom takes 4 of 10 l in 20 l of fluid, within 2 s; that of another boom does not count."""
     assert rate(np.array([0.0, 1.0, 2.0, 4.0]), np.array([0.0, 3.0, 4.0, 4.0]), window=2.0) == pytest.approx(
         [0.0, 3.0, 2.0, 0.0]
     )

@@ -85,8 +85,8 @@ def test_pull_keeps_momentum_with_a_body(make_fluid, angle):
 def test_wall_pulls_along_itself_by_the_law_of_young(make_fluid, angle):
     """A wall under oil on the left and water on the right pulls them to the right by sigma cos(theta) a metre."""
     fluid = make_fluid(phases=(OIL, WATER), **ROOM)
-    floor = tank_walls((-2.0, 0.0, 0.0), (2.0, 0.0, 1.0), SPACING, sides=("-z",), dimension=2, contact_angle=angle)
-    fluid.add_boundary(floor)
+    floor = tank_walls((-2.0, 0.0, 0.0), (2.0, 0.0, 1.0), SPACING, sides=("-z",), dimension=2)
+    fluid.add_boundary(replace(floor, contact_angle=angle))
     fluid.add_particles(block((-2, 0, 0), (0, 0, 1), SPACING, 2), phase="oil")
     fluid.add_particles(block((0, 0, 0), (2, 0, 1), SPACING, 2), phase="water")
     force, place = pulled(fluid)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -51,12 +52,10 @@ def sessile_drop(bench: Bench, resolution: int, angle: float) -> Fluid:
         periodic=(True, False, False), gravity=(0.0, 0.0, 0.0),
     )  # fmt: skip
     fluid = bench.fluid(config)
-    fluid.add_boundary(
-        tank_walls(
-            (-half, 0.0, 0.0), (half, 0.0, height), spacing, sides=("-z", "+z"), periodic=(True, False, False),
-            dimension=2, contact_angle=angle,
-        )
-    )  # fmt: skip
+    walls = tank_walls(
+        (-half, 0.0, 0.0), (half, 0.0, height), spacing, sides=("-z", "+z"), periodic=(True, False, False), dimension=2
+    )
+    fluid.add_boundary(replace(walls, contact_angle=angle))
     along, up = (np.arange(round(length / spacing)) + 0.5 for length in (2.0 * half, height))
     x, z = (grid.ravel() for grid in np.meshgrid(along * spacing - half, up * spacing, indexing="ij"))
     points = np.stack([x, np.zeros_like(x), z], axis=1)
