@@ -55,6 +55,7 @@ class FluidState:
     viscous_time (phases,) [s]: time for which each liquid is still owed its viscosity (`deferred_viscosity`).
     The last `asleep` particles do not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
     confinement: as in the last step (`step.stages.relaxation`).
+    rest_top [m]: height below which the pressure of water at rest acted by its slope in the last step (`rest_pressure`).
     """
 
     position: Real = field(default_factory=_rows)
@@ -71,6 +72,7 @@ class FluidState:
     asleep: int = 0
     bordering: int = 0
     confinement: Confinement = Confinement.OPEN
+    rest_top: float = -np.inf
 
     @property
     def count(self) -> int:

@@ -11,6 +11,7 @@ from oilsim.backend.simd import LANES, below, load, store
 from oilsim.neighborhood.neighbor_search import indices, mark_around
 from oilsim.pressure.bounded_solver import Index, System
 from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, velocity_divergence
+from oilsim.pressure.rest_pressure import RestPressure
 from oilsim.pressure.rigid_response import RigidResponse, extend_jacobians, sum_reach
 from oilsim.state import Confinement, FluidState
 from oilsim.step.step_arrays import StepArrays
@@ -144,10 +145,13 @@ class PressureOperator(System):
         if self._response.present:
             self._response.hand_over()
 
-    def apply(self, kappa: Real) -> None:
-        """Subtract u of kappa (N,) [m2/s] from the velocities and give the bodies their impulses."""
-        self._pressure_velocity(kappa, self._all)
-        self._state.velocity[:, : self._count] -= self._change[:, : self._count]
+    def apply(self, kappa: Real, rest: RestPressure | None = None) -> None:
+        """Subtract u of kappa (N,) [m2/s] from the velocities and give the bodies their impulses; `rest` acts by its slope."""
+        self._pressure_velocity(kappa if rest is None else kappa - rest.impulse, self._all)
+        velocity = self._state.velocity[:, : self._count]
+        velocity -= self._change[:, : self._count]
+        if rest is not None:
+            velocity[2] += self._arrays.weight[: self._count] * rest.slope[: self._count]
         if self._response.present:
             self._response.accept(kappa)
 

@@ -42,6 +42,7 @@ from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather, load, only, positive, root, spread, summed
 from oilsim.neighborhood.neighbor_search import nearest_images, rows
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice_stiffness
+from oilsim.pressure.rest_pressure import rest_pressure
 from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
@@ -211,10 +212,18 @@ def largest_relative_speed(tools: StepTools, arrays: StepArrays, state: FluidSta
 
 
 def pressure_head(tools: StepTools, state: FluidState) -> NDArray[np.float32]:
-    """Return p / rho (samples,) [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first."""
+    """Return p / rho (samples,) [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first.
+
+    In a well-balanced liquid it is what the sums over particles saw: the pressure of water at rest swings none of them.
+    """
     if state.time_step == 0.0:
         return np.zeros(1, np.float32)
     chosen = slice(0, state.awake, sampling_stride(state.awake))
     weight = tools.constants.weights[state.phase[chosen]]
-    head: NDArray[np.float32] = state.pressure_impulse[chosen] * (weight / np.float32(state.time_step))
+    impulse = state.pressure_impulse[chosen]
+    if tools.config.well_balanced:
+        kick = -tools.config.gravity[2] * state.time_step
+        spacing = tools.config.particle_spacing
+        impulse = impulse - rest_pressure(state.position[2, chosen], state.rest_top, spacing, kick).impulse
+    head: NDArray[np.float32] = impulse * (weight / np.float32(state.time_step))
     return head

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackScales, add_density_feedback
 from oilsim.neighborhood.neighbor_search import indices
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver, Pressures
+from oilsim.pressure.rest_pressure import RestPressure, rest_pressure, top_of_rest
 from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
 from oilsim.state import Confinement, FluidState
 from oilsim.step.pressure_operator import PressureOperator, with_neighbors
@@ -34,8 +35,18 @@ def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState,
         if not filled:
             tools.coarse.lay(state.position[:, : state.awake], arrays.points, arrays.openness)
         _hold_waterline(tools, arrays, state, time_step)
-        operator.apply(state.pressure_impulse)
+        operator.apply(state.pressure_impulse[: state.listed], _rest(tools, arrays, state, time_step))
     return operator
+
+
+def _rest(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> RestPressure | None:
+    """Return the pressure of water at rest of all particles that are listed, in a well-balanced liquid; None in others."""
+    config = tools.config
+    if not config.well_balanced:
+        return None
+    height, awake = state.position[2, : state.listed], state.awake
+    state.rest_top = top_of_rest(height[:awake], arrays.surface[:awake], config.particle_spacing)
+    return rest_pressure(height, state.rest_top, config.particle_spacing, -config.gravity[2] * time_step)
 
 
 def project_velocity(
