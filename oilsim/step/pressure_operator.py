@@ -153,6 +153,8 @@ class PressureOperator(System):
         if rest is not None:
             velocity[2] += self._arrays.weight[: self._count] * rest.slope[: self._count]
         if self._response.present:
+            if rest is not None:
+                self._pressure_velocity(kappa, self._arrays.touching)  # for the push of the whole pressure
             self._response.accept(kappa)
 
     def _pressure_velocity(self, kappa: Real, chosen: Index) -> None:
