@@ -214,14 +214,14 @@ def largest_relative_speed(tools: StepTools, arrays: StepArrays, state: FluidSta
 def pressure_head(tools: StepTools, state: FluidState) -> NDArray[np.float32]:
     """Return p / rho (samples,) [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first.
 
-    In a well-balanced liquid it is what the sums over particles saw: the pressure of water at rest swings none of them.
+    It is what the sums over particles saw: the pressure of water at rest, which acts by its slope, swings none of them.
     """
     if state.time_step == 0.0:
         return np.zeros(1, np.float32)
     chosen = slice(0, state.awake, sampling_stride(state.awake))
     weight = tools.constants.weights[state.phase[chosen]]
     impulse = state.pressure_impulse[chosen]
-    if tools.config.well_balanced:
+    if state.rest_top > -math.inf:
         kick = -tools.config.gravity[2] * state.time_step
         spacing = tools.config.particle_spacing
         impulse = impulse - rest_pressure(state.position[2, chosen], state.rest_top, spacing, kick).impulse

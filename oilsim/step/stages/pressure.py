@@ -40,13 +40,17 @@ def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState,
 
 
 def _rest(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> RestPressure | None:
-    """Return the pressure of water at rest of all particles that are listed, in a well-balanced liquid; None in others."""
+    """Return the pressure of liquid at rest of all particles that are listed; None where no gravity or no surface gives it a level."""
     config = tools.config
-    if not config.well_balanced:
+    state.rest_top = -math.inf
+    *across, down = config.gravity
+    if state.confinement != Confinement.OPEN or any(across) or not down < 0.0:
         return None
     height, awake = state.position[2, : state.listed], state.awake
     state.rest_top = top_of_rest(height[:awake], arrays.surface[:awake], config.particle_spacing)
-    return rest_pressure(height, state.rest_top, config.particle_spacing, -config.gravity[2] * time_step)
+    if not height.min() < state.rest_top:
+        return None
+    return rest_pressure(height, state.rest_top, config.particle_spacing, -down * time_step)
 
 
 def project_velocity(
