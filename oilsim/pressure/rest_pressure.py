@@ -26,6 +26,9 @@ from numpy.typing import NDArray
 
 Real = NDArray[np.float32]
 
+# [d] of water whose weight presses less than that on a particle near a surface; numerical; disorder deep inside looks like a surface, but is
+# pressed
+BARE = 3.0
 # [d] from the deepest particle within reach of a free surface up to the top; theory; what its kernel lacks there is a hundredth at most
 OVERLAP = 2.0
 # [d] b, over which the slope grows to its whole; numerical; about a support, which sums resolve
@@ -43,13 +46,14 @@ class RestPressure(NamedTuple):
     slope: Real
 
 
-def top_of_rest(height: Real, surface: NDArray[np.uint8], spacing: float) -> float:
+def top_of_rest(height: Real, surface: NDArray[np.uint8], impulse: Real, spacing: float, kick: float) -> float:
     """Return the height [m] below which the pressure of water at rest acts by its slope; infinitely deep without a free surface.
 
-    height (N,) of the particles [m]; surface (N,): `FreeSurface` of each; spacing d [m].
+    height (N,) of the particles [m]; surface (N,): `FreeSurface` of each; impulse (N,): their last pressure kappa [m2/s]; spacing d [m];
+    kick g dt [m/s].
     """
-    near = height[surface > 0]
-    return float(near.min()) + OVERLAP * spacing if near.size else -np.inf
+    bare = (surface > 0) & (impulse < np.float32(BARE * spacing * kick))
+    return float(height[bare].min()) + OVERLAP * spacing if bare.any() else -np.inf
 
 
 def rest_pressure(height: Real, top: float, spacing: float, kick: float) -> RestPressure:

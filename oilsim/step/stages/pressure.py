@@ -46,11 +46,11 @@ def _rest(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: fl
     *across, down = config.gravity
     if state.confinement != Confinement.OPEN or any(across) or not down < 0.0:
         return None
-    height, awake = state.position[2, : state.listed], state.awake
-    state.rest_top = top_of_rest(height[:awake], arrays.surface[:awake], config.particle_spacing)
+    height, moving, scales = state.position[2, : state.listed], slice(0, state.awake), (config.particle_spacing, -down * time_step)
+    state.rest_top = top_of_rest(height[moving], arrays.surface[moving], state.pressure_impulse[moving], *scales)
     if not height.min() < state.rest_top:
         return None
-    return rest_pressure(height, state.rest_top, config.particle_spacing, -down * time_step)
+    return rest_pressure(height, state.rest_top, *scales)
 
 
 def project_velocity(
