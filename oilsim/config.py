@@ -112,6 +112,7 @@ class FluidConfig:
     maximum_time_step      [s]; None (default): `longest_time_step` takes it from the spacing, 10 ms at 5 cm, 20 ms at 20 cm
     cfl                    lambda of Eq. 30
     sleep_speed            speed [m/s] below which whole regions fall asleep (`sleeping_regions`); 0: none ever does
+    well_balanced          let most of the pressure of water at rest act by its own slope (`rest_pressure`): deep water then takes long steps
     sleep_margin           [supports] of still water at least that stay awake between sleeping and moving water, and width of a region
     """
 
@@ -132,6 +133,7 @@ class FluidConfig:
     relaxation: float = quantity("", default=0.1, at_least=0.0, at_most=1.0)
     viscosity_correction: float = quantity("", default=1.0, above=0.0)
     explicit_viscosity: bool = False
+    well_balanced: bool = False
     minimum_time_step: float = quantity("s", default=1e-4, at_least=SHORTEST_STEP)
     maximum_time_step: float | None = quantity("s", default=None, at_least=SHORTEST_STEP)
     cfl: float = quantity("", default=0.4, at_least=1e-3, at_most=1.0)
@@ -160,8 +162,9 @@ class FluidConfig:
                 yield f"{key} is {value}, allowed: three finite numbers"
         if not _are_three(self.periodic, lambda repeats: repeats in (True, False)):
             yield f"periodic is {self.periodic!r}, allowed: True or False for each of x, y and z"
-        if self.explicit_viscosity not in (True, False):
-            yield f"explicit_viscosity is {self.explicit_viscosity!r}, allowed: True or False"
+        for key in ("explicit_viscosity", "well_balanced"):
+            if getattr(self, key) not in (True, False):
+                yield f"{key} is {getattr(self, key)!r}, allowed: True or False"
         if not (isinstance(self.phases, (tuple, list)) and all(isinstance(phase, Phase) for phase in self.phases)):
             yield f"phases is {self.phases!r}, allowed: a tuple of Phase"
 
@@ -190,6 +193,8 @@ class FluidConfig:
         if self.dimension == 2 and self.gravity[1] != 0.0:
             yield f"gravity.y is {self.gravity[1]} m/s2, allowed: 0 in two dimensions"
         axes = (0, 2) if self.dimension == 2 else (0, 1, 2)  # a plane's particles have no y
+        if self.well_balanced and (self.scheme == "paper" or self.gravity[:2] != (0.0, 0.0) or not self.gravity[2] < 0.0):
+            yield "well_balanced is True, allowed: False in the paper's scheme and under a gravity that is not straight down"
         furthest = max(abs(corner[axis]) for corner in (self.lower, self.upper) for axis in axes)
         if not furthest <= FURTHEST * self.particle_spacing:
             yield (

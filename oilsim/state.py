@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from typing import Any
@@ -72,7 +73,7 @@ class FluidState:
     asleep: int = 0
     bordering: int = 0
     confinement: Confinement = Confinement.OPEN
-    rest_top: float = -np.inf
+    rest_top: float = -math.inf
 
     @property
     def count(self) -> int:

@@ -4,15 +4,15 @@ A sum over disordered neighbours is no exact gradient. Its error is proportional
 places, the faster the deeper, which bounds the step (`time_step`). Below every free surface a part of the pressure is known, that of water
 at rest,
 
-    q = g dt f(s),   f = s^2 / 2b for 0 < s < b,  s - b / 2 beyond,   s = top - z,
+    q = SHARE g dt f(s),   f = s^2 / 2b for 0 < s < b,  s - b / 2 beyond,   s = top - z,
 
-whose `top` lies so deep that q fades before the kernel of a particle ends at the surface. The sums see what differs from it, and its slope
-is that of the formula:
+whose `top` is the height of the deepest particle that lies at a free surface and is not pressed. The sums see what differs from it, and its
+slope is that of the formula:
 
     v -= dt (rho_ref / rho_0) [ H (kappa - q) + grad q ].
 
 H q and grad q agree within the error of the sums, so pressures and loads are those of the full sums. Only the swings that q would cause are
-gone: particles at any depth swing as they do b / 2 below the top. The idea is that of well-balanced schemes for shallow water and for the
+gone. Only most of the pressure is taken this way, since it also keeps particles in order. The idea is that of well-balanced schemes for shallow water and for the
 atmosphere (Audusse et al. 2004; Botta et al. 2004), which hold a still state exactly. Momentum is kept within the error of the sums: their
 pairs are antisymmetric, and the slope adds what the weight of the water takes off.
 """
@@ -26,13 +26,13 @@ from numpy.typing import NDArray
 
 Real = NDArray[np.float32]
 
-# [d] of water whose weight presses less than that on a particle near a surface; numerical; disorder deep inside looks like a surface, but is
-# pressed
-BARE = 3.0
-# [d] from the deepest particle within reach of a free surface up to the top; theory; what its kernel lacks there is a hundredth at most
-OVERLAP = 2.0
-# [d] b, over which the slope grows to its whole; numerical; about a support, which sums resolve
-FADE = 2.0
+# [d] of water whose weight presses a particle at a free surface at most; numerical; disorder deep inside looks like a surface, but is pressed
+BARE = 1.0
+# [1] share of the pressure of water at rest that acts by its slope; measured; the rest keeps particles in order: with 1, 0.8 and 0.5 water about a
+# floating box moves four times, twice and half as fast again as with none
+SHARE = 0.9
+# [d] b, over which the slope grows to its whole; numerical; more than half a support, which sums resolve
+FADE = 1.5
 
 
 class RestPressure(NamedTuple):
@@ -53,13 +53,13 @@ def top_of_rest(height: Real, surface: NDArray[np.uint8], impulse: Real, spacing
     kick g dt [m/s].
     """
     bare = (surface > 0) & (impulse < np.float32(BARE * spacing * kick))
-    return float(height[bare].min()) + OVERLAP * spacing if bare.any() else -np.inf
+    return float(height[bare].min()) if bare.any() else -np.inf
 
 
 def rest_pressure(height: Real, top: float, spacing: float, kick: float) -> RestPressure:
     """Return the pressure of water at rest at `height` (N,) [m] below `top` [m]; spacing d [m], kick g dt [m/s]."""
-    fade = np.float32(FADE * spacing)
+    fade, kick = np.float32(FADE * spacing), np.float32(SHARE * kick)
     depth = np.maximum(np.float32(top) - height, np.float32(0.0))
     inside = np.minimum(depth, fade)
-    impulse = np.float32(kick) * (np.float32(0.5) / fade * inside * inside + (depth - inside))
-    return RestPressure(impulse, np.float32(kick) / fade * inside)
+    impulse = kick * (np.float32(0.5) / fade * inside * inside + (depth - inside))
+    return RestPressure(impulse, kick / fade * inside)

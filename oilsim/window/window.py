@@ -59,6 +59,7 @@ class Window:
             dimension=dimension,
             sleep_speed=settings.sleep_speed,
             sleep_margin=SLEEP_MARGIN,
+            well_balanced=True,
             **(dict(settings.solver) | {"maximum_time_step": settings.longest_time_step(gravity)}),
         )
         self.fluid = Fluid(config, threads)

@@ -40,17 +40,14 @@ def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState,
 
 
 def _rest(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> RestPressure | None:
-    """Return the pressure of liquid at rest of all particles that are listed; None where no gravity or no surface gives it a level."""
+    """Return the pressure of water at rest of all particles that are listed, in a well-balanced liquid with a surface; None in others."""
     config = tools.config
-    state.rest_top = -math.inf
-    *across, down = config.gravity
-    if state.confinement != Confinement.OPEN or any(across) or not down < 0.0:
+    if not config.well_balanced:
         return None
-    height, moving, scales = state.position[2, : state.listed], slice(0, state.awake), (config.particle_spacing, -down * time_step)
+    height, moving = state.position[2, : state.listed], slice(0, state.awake)
+    scales = config.particle_spacing, -config.gravity[2] * time_step
     state.rest_top = top_of_rest(height[moving], arrays.surface[moving], state.pressure_impulse[moving], *scales)
-    if not height.min() < state.rest_top:
-        return None
-    return rest_pressure(height, state.rest_top, *scales)
+    return rest_pressure(height, state.rest_top, *scales) if state.rest_top > -math.inf else None
 
 
 def project_velocity(

@@ -8,7 +8,7 @@ import pytest
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.gradients.free_surface import FreeSurface
 from oilsim.initial_conditions import block
-from oilsim.pressure.rest_pressure import FADE, OVERLAP, rest_pressure, top_of_rest
+from oilsim.pressure.rest_pressure import FADE, rest_pressure, top_of_rest
 from oilsim.step.pressure_operator import PressureOperator
 from tests.oilsim.conftest import disturbed, prepare
 
@@ -30,9 +30,9 @@ def test_the_slope_is_the_derivative() -> None:
 def test_the_top_lies_below_every_free_surface() -> None:
     height = np.array([-0.9, -0.5, -0.1, -0.4], np.float32)
     surface = np.array([FreeSurface.INSIDE, FreeSurface.INSIDE, FreeSurface.AT_SURFACE, FreeSurface.NEAR_SURFACE], np.uint8)
-    none, pressed = np.zeros(4, np.float32), KICK * np.array([0.9, 0.5, 0.1, 0.4], np.float32)
-    assert top_of_rest(height, surface, none, 0.1, KICK) == pytest.approx(-0.4 + OVERLAP * 0.1)
-    assert top_of_rest(height, surface, pressed, 0.1, KICK) == pytest.approx(-0.1 + OVERLAP * 0.1)  # the other is pressed
+    none, pressed = np.zeros(4, np.float32), KICK * np.array([0.9, 0.5, 0.09, 0.4], np.float32)
+    assert top_of_rest(height, surface, none, 0.1, KICK) == pytest.approx(-0.4)
+    assert top_of_rest(height, surface, pressed, 0.1, KICK) == pytest.approx(-0.1)  # the other is pressed
     assert top_of_rest(height, np.zeros(4, np.uint8), none, 0.1, KICK) == -np.inf
 
 
@@ -61,7 +61,7 @@ def rise(fluid, operator, *pressures):
 
 @pytest.mark.parametrize("particles", [16, 32, 64])
 def test_sums_and_slope_agree_but_for_noise(make_fluid, particles) -> None:
-    """The mean of the sums is the slope within half a per cent, and water at rest is left alone by a third of the sums' noise."""
+    """The mean of the sums is the slope within a per cent, and water at rest is left alone by a third of the sums' noise."""
     spacing = 1.0 / particles
     fluid, operator = column(make_fluid, spacing)
     state, arrays = fluid.state, fluid.arrays
@@ -70,7 +70,7 @@ def test_sums_and_slope_agree_but_for_noise(make_fluid, particles) -> None:
     rest = rest_pressure(state.position[2], top, spacing, KICK)
     by_sums, balanced = rise(fluid, operator, whole), rise(fluid, operator, whole, rest)
     below = (state.position[2] < top - FADE * spacing) & (state.position[2] > 4.0 * spacing)
-    assert by_sums[2, below].mean() == pytest.approx(balanced[2, below].mean(), rel=0.005)
+    assert by_sums[2, below].mean() == pytest.approx(balanced[2, below].mean(), rel=0.01)
     assert balanced[2].sum() == pytest.approx(by_sums[2].sum(), rel=0.01)  # the weight that the floor bears
     left = balanced[:, below] - np.array([[0.0], [0.0], [KICK]])
     noise = by_sums[:, below] - np.array([[0.0], [0.0], [KICK]])
