@@ -13,9 +13,11 @@ from tests.validation import half_step, report
 from tests.validation.__main__ import main, run_level
 from tests.validation.bodies.floating import SIZE, solids
 from tests.validation.bodies.released import cylinder_added_mass, sphere_added_mass, turning_points
+from tests.validation.bodies.wave_flume import Train
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, select
 from tests.validation.liquids.channel import couette, poiseuille
+from tests.validation.liquids.wave_drift import DEPTH, Wave
 from tests.validation.liquids.waves import exact_omega, interface_roots
 from tests.validation.rigid import disc
 from tests.validation.scenes import liquid, read_table
@@ -104,7 +106,7 @@ def test_unknown_case_is_refused(capsys):
 def test_cases_are_chosen_by_name_or_number():
     assert [case.number for case in select("13, still-column")] == [1, 13]
     assert select("") == list(CASES)
-    assert len({case.name for case in CASES}) == len(CASES) == 45
+    assert len({case.name for case in CASES}) == len(CASES) == 46
 
 
 def test_reference_solutions_agree_with_the_tables():
@@ -113,6 +115,15 @@ def test_reference_solutions_agree_with_the_tables():
     assert couette(np.array([0.0, 1e-3]), 0.1) == pytest.approx([0.0, 1.25e-5], abs=1e-9)
     assert 2.0 * math.pi / exact_omega(math.pi, 1.0) == pytest.approx(1.13392, rel=1e-4)
     assert 2.0 * math.pi / interface_roots()[1] == pytest.approx(2.5340, rel=1e-4)
+
+
+def test_drift_of_a_closed_flume_carries_nothing_and_gains_what_the_wave_loses():
+    train, height = Train(Wave(3.0), 0.04, 0.05), (np.arange(2000) + 0.5) / 2000 * DEPTH
+    assert train.drift(height).mean() == pytest.approx(0.0, abs=1e-6 * train.mean_stokes)
+    # D = -d(E c_g)/dx = 2 loss E c_g, E = rho g a^2 / 2; four fifths of D / (rho c) act on a fifth of the depth
+    speed = train.wave.omega / train.wave.number
+    lost = 2.0 * train.loss * 0.5 * 9.81 * train.amplitude**2 * train.group_share * speed
+    assert train.driven(2.0) == pytest.approx(0.8 * lost / speed / (0.2 * DEPTH) * 2.0)
 
 
 def test_solids_are_closed_and_have_their_volumes():
