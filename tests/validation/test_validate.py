@@ -11,9 +11,9 @@ import pytest
 from oilsim.config import FluidConfig
 from tests.validation import half_step, report
 from tests.validation.__main__ import main, run_level
+from tests.validation.bodies import wave_flume
 from tests.validation.bodies.floating import SIZE, solids
 from tests.validation.bodies.released import cylinder_added_mass, sphere_added_mass, turning_points
-from tests.validation.bodies.wave_flume import Train
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, select
 from tests.validation.liquids.channel import couette, poiseuille
@@ -117,13 +117,18 @@ def test_reference_solutions_agree_with_the_tables():
     assert 2.0 * math.pi / interface_roots()[1] == pytest.approx(2.5340, rel=1e-4)
 
 
-def test_drift_of_a_closed_flume_carries_nothing_and_gains_what_the_wave_loses():
-    train, height = Train(Wave(3.0), 0.04, 0.05), (np.arange(2000) + 0.5) / 2000 * DEPTH
-    assert train.drift(height).mean() == pytest.approx(0.0, abs=1e-6 * train.mean_stokes)
-    # D = -d(E c_g)/dx = 2 loss E c_g, E = rho g a^2 / 2; four fifths of D / (rho c) act on a fifth of the depth
-    speed = train.wave.omega / train.wave.number
-    lost = 2.0 * train.loss * 0.5 * 9.81 * train.amplitude**2 * train.group_share * speed
-    assert train.driven(2.0) == pytest.approx(0.8 * lost / speed / (0.2 * DEPTH) * 2.0)
+def test_drift_of_a_closed_flume_carries_nothing_and_gains_what_the_waves_lose():
+    wave = Wave(3.0)
+    place, speed, loss = np.array(wave_flume.GAUGED) * 2.0, wave_flume.group_speed(wave), 0.05
+    time = (np.arange(wave_flume.SAMPLES * 40) + 1.0) * 2.0 * math.pi / wave.omega / wave_flume.SAMPLES
+    passing = (time[:, None] > (place + 5.0) / speed) * 0.04 * np.exp(-loss * place)
+    found, height = wave_flume.train(wave, place, passing), (np.arange(2000) + 0.5) / 2000 * DEPTH
+    assert found.drift(height).mean() == pytest.approx(0.0, abs=1e-6 * found.mean_stokes)
+    assert (found.amplitude, found.loss) == pytest.approx((0.04, loss), rel=1e-6)
+    # a front at c_g: the waves behind it lose 2 loss c_g m a time, m = g a^2 / 2 c
+    momentum = 0.5 * 9.81 * 0.04**2 * wave.number / wave.omega
+    since = time[-wave_flume.COUNTED * wave_flume.SAMPLES :].mean() - 5.0 / speed
+    assert found.shed == pytest.approx(2.0 * loss * speed * momentum * since, rel=0.05)
 
 
 def test_solids_are_closed_and_have_their_volumes():
