@@ -51,5 +51,5 @@ def test_check_tells_thin_air_a_tank_that_is_not_full_and_the_step_of_tension() 
     )
     assert told("fill.air.top=0.0")[-1].startswith("particles fill 54 % of the tank")
     scenario = load_scenario("drop-in-air", overrides=["fluid.minimum_time_step=1e-3"]).scenario
-    with pytest.raises(ScenarioError, match="minimum_time_step is 0.001 s, allowed: up to 0.000252 s"):
+    with pytest.raises(ScenarioError, match=r"minimum_time_step is 0\.001 s, allowed: up to 0\.000252 s"):
         estimate(scenario)
