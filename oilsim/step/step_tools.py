@@ -25,12 +25,12 @@ from oilsim.gradients.shear_correction import STRETCH
 from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
 from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
+from oilsim.phases import least_pressure
 from oilsim.pressure.coarse_grid import CoarsePressure
 from oilsim.pressure.pressure_gradient import PressureConstants
 from oilsim.step.sleeping_regions import SleepingRegions
 from oilsim.step.step_arrays import Needs, StepArrays
 from oilsim.step.verlet_lists import VerletLists
-from oilsim.tension.interface_stress import least_pressure
 from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 Real = NDArray[np.float32]
@@ -89,7 +89,7 @@ class StepConstants:
         self.adhesion = np.array(strength, np.float32) if any(strength) else None
         tensions = [phase.interfacial_tension for phase in config.phases]
         self.tensions = np.array(tensions, np.float32) if any(tensions) else None
-        self.least_pressure = least_pressure(max(tensions), d)
+        self.least_pressure = least_pressure(config.phases, d)
         self.touching_wall = np.float32(wall_coverage(0.0, dimension))
         self.nearest_wall = np.float32(wall_coverage(float(NEAREST), dimension))
         self.wall_coverages: Real = np.array(

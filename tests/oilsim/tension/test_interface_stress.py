@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
+from oilsim.config import STABLE, FluidConfig
 from oilsim.initial_conditions import block
+from oilsim.neighborhood.smoothing_kernels import lattice_stiffness
 from oilsim.phases import Phase
 from oilsim.step.stages.tension import apply_tension
 from tests.oilsim.conftest import disturbed, prepare
@@ -122,6 +123,13 @@ def test_ripples_bound_the_step(make_fluid):
     assert fluid.config.capillary_time_step == pytest.approx(longest)
     fluid.advance(10.0 * longest)
     assert fluid.state.step <= longest * (1.0 + 1e-6)
+
+
+def test_light_air_shortens_the_step_by_the_pressure_that_keeps_its_interface_whole():
+    air = Phase(name="air", rest_density=1.2, interfacial_tension=0.0728)
+    config = FluidConfig(particle_spacing=0.001, phases=(WATER, air), minimum_time_step=1e-6, **ROOM)
+    swings = math.sqrt(lattice_stiffness(2) * 0.8 * 0.0728 / 0.001 / 1.2) / 0.001  # 1/s
+    assert config.capillary_time_step == pytest.approx(STABLE * 2.0 / swings)
 
 
 @pytest.mark.parametrize(

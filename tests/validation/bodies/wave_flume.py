@@ -1,4 +1,4 @@
-"""Case 55: how far waves carry water, over depth, in a closed flume between a piston and a sponge.
+"""Case 56: how far waves carry water, over depth, in a closed flume between a piston and a sponge.
 
 No water leaves a closed flume, so a current flows back against the drift of the waves. Its theory here is the uniform one, -mean u_s: the
 liquid has no viscosity and the floor slips, so no boundary layer feeds vorticity into the current. The profile of Longuet-Higgins (1953)
@@ -158,7 +158,7 @@ def carried(flume: Flume, wave: Wave) -> tuple[Double, Double, Train]:
 
 
 def wave_flume(resolution: int, bench: Bench) -> Outcome:
-    """Case 55: drift in the middle by fifths of the depth, beside the one of theory."""
+    """Case 56: drift in the middle by fifths of the depth, beside the one of theory."""
     values, traces = {}, []
     waves = {label: Wave(number) for label, number in DEPTHS_A_RADIAN.items()}
     bench.plan((ARRIVAL + COUNTED) * sum(2.0 * math.pi / wave.omega for wave in waves.values()))
@@ -188,7 +188,7 @@ def wave_flume(resolution: int, bench: Bench) -> Outcome:
 
 
 WAVE_FLUME = Case(
-    number=55,
+    number=56,
     name="wave-flume",
     title="How far waves carry water in a closed flume",
     source="Stokes 1847: drift of the measured amplitude, less its mean over depth: no water leaves a closed flume, and without "
