@@ -11,6 +11,7 @@ from tests.validation.bodies.harbour_flume import HARBOUR_FLUME
 from tests.validation.bodies.released import HEAVE_DECAY, PLANE_RELEASE, RELEASE, SURFACING
 from tests.validation.bodies.towed_cylinder import TOWED_CYLINDER
 from tests.validation.bodies.towing import TOWED_PLATE, TOWED_SKIRT
+from tests.validation.bodies.wave_flume import WAVE_FLUME
 from tests.validation.bodies.window_agreement import WINDOW_AGREEMENT
 from tests.validation.bodies.without_particles import WITHOUT_PARTICLES
 from tests.validation.case import Case
@@ -40,7 +41,7 @@ CASES: tuple[Case, ...] = tuple(
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
             TOWED_CYLINDER, BOOM_FLUME, BOOM_LOSSES, BOOM_RAMP, BOOM_SLICE, BOOM_ROUNDING, HARBOUR_FLUME, BOOM_HELD_OUT, THICK_REST,
             SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM, WINDOW_AGREEMENT, INTERFACIAL_DROP, RISING_BUBBLE, INTERFACE_SHEAR,
-            CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR,
+            CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME,
         ),
         key=lambda case: case.number,
     )

@@ -1,4 +1,4 @@
-"""Case 56: the front of a small dam break under air, whose surface has tension; beside it the front of a free surface."""
+"""Case 57: the front of a small dam break under air, whose surface has tension; beside it the front of a free surface."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def covered_column(bench: Bench, resolution: int, air: Phase) -> Fluid:
 
 
 def front_in_air(resolution: int, bench: Bench) -> Outcome:
-    """Case 56: rms difference from the experiment, after one shift in time, with tension and without."""
+    """Case 57: rms difference from the experiment, after one shift in time, with tension and without."""
     bench.plan(2.0 * FRONT_END * math.sqrt(EXPERIMENT.base / (2.0 * GRAVITY)))
     fluid = covered_column(bench, resolution, AIR)
     histories = {"in air": follow_front(bench, fluid, EXPERIMENT)}
@@ -59,7 +59,7 @@ def front_in_air(resolution: int, bench: Bench) -> Outcome:
 
 
 FRONT_IN_AIR = Case(
-    number=56,
+    number=57,
     name="front-in-air",
     title="Dam break of a column of 28.6 mm, front on a dry floor, with surface tension",
     source="Martin and Moyce 1952, a = 1.125 in",
