@@ -213,6 +213,6 @@ INTERFACE_SHEAR = Case(
     ),
     panels=(Panel("growth", "t [s]", "modal speed / first", log_y=True),),
     run=interface_shear,
-    note="a layer of uniform shear (Rayleigh 1880) of 3.0, 3.7 and 4.2 d has the growth that is measured at 32, 48 and 64 spacings a wave "
-    "without tension: momentum spreads between the layers while the wave grows. Under tension it grows even less.",
+    note="a layer of uniform shear (Rayleigh 1880) of 3.0, 3.7, 4.2 and 5.5 d has the growth that is measured at 32, 48, 64 and 96 "
+    "spacings a wave without tension. Under tension it grows even less.",
 )
