@@ -1,4 +1,4 @@
-"""Cases 30, 31 and 57: thick, heavy liquid between walls that it sticks to: at rest, and round bodies that settle or are led down in it.
+"""Cases 30, 31 and 58: thick, heavy liquid between walls that it sticks to: at rest, and round bodies that settle or are led down in it.
 
 Gravity, pressure and viscosity must balance at every step. Where one of them acts alone before viscosity does, liquid at rest slides
 along the walls at a share of g dt, and a body in it has too little lift.
@@ -244,14 +244,14 @@ def towed_drag(bench: Bench, resolution: int, gravity: float) -> float:
 
 
 def thick_tow(resolution: int, bench: Bench) -> Outcome:
-    """Case 57: the drag with gravity over the one without."""
+    """Case 58: the drag with gravity over the one without."""
     bench.plan(2.0 * TRAVEL * BALL / TOWED)
     weightless, heavy = (towed_drag(bench, resolution, gravity) for gravity in (0.0, GRAVITY))
     return Outcome(values={"drag with gravity / without": heavy / weightless})
 
 
 THICK_TOW = Case(
-    number=57,
+    number=58,
     name="thick-tow",
     title="A cylinder is led down through thick oil",
     source="weight adds lift to a body, and no drag",
