@@ -26,7 +26,7 @@ from tests.validation.liquids.tension.between_liquids import INTERFACE_SHEAR, IN
 from tests.validation.liquids.tension.contact_angle import CONTACT_ANGLE
 from tests.validation.liquids.tension.drop_in_air import DROP_IN_AIR
 from tests.validation.liquids.tension.front_in_air import FRONT_IN_AIR
-from tests.validation.liquids.thick_liquid import SETTLING_SPHERE, THICK_REST
+from tests.validation.liquids.thick_liquid import SETTLING_SPHERE, THICK_REST, THICK_TOW
 from tests.validation.liquids.two_layers import TWO_LAYERS
 from tests.validation.liquids.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
 from tests.validation.liquids.wave_drift import WAVE_DRIFT
@@ -41,7 +41,7 @@ CASES: tuple[Case, ...] = tuple(
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
             TOWED_CYLINDER, BOOM_FLUME, BOOM_LOSSES, BOOM_RAMP, BOOM_SLICE, BOOM_ROUNDING, HARBOUR_FLUME, BOOM_HELD_OUT, THICK_REST,
             SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM, WINDOW_AGREEMENT, INTERFACIAL_DROP, RISING_BUBBLE, INTERFACE_SHEAR,
-            CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME,
+            CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME, THICK_TOW,
         ),
         key=lambda case: case.number,
     )
