@@ -155,3 +155,22 @@ def test_settings_at_odds_with_tension_are_refused(terms, message):
 def test_impossible_tension_is_refused(value):
     with pytest.raises(ValueError, match="phase 'oil': interfacial_tension is"):
         Phase(name="oil", rest_density=850.0, interfacial_tension=value)
+
+
+def test_light_air_around_a_drop_gives_its_surface_laplaces_pressure(make_fluid):
+    radius, spacing, half = 0.005, 0.005 / 6, 0.0125
+    water = Phase(name="water", rest_density=1000.0, dynamic_viscosity=0.05)
+    air = Phase(name="air", rest_density=10.0, dynamic_viscosity=1e-3, interfacial_tension=0.0728)
+    fluid = make_fluid(
+        particle_spacing=spacing, phases=(water, air), dimension=2, gravity=(0.0, 0.0, 0.0), lower=(-half, -1.0, -half),
+        upper=(half, 1.0, half), periodic=(True, False, True), minimum_time_step=1e-5,
+    )  # fmt: skip
+    points = block((-half, 0.0, -half), (half, 0.0, half), spacing, 2)
+    inside = np.hypot(points[:, 0], points[:, 2]) < radius
+    fluid.add_particles(points[inside], phase="water")
+    fluid.add_particles(points[~inside], phase="air")
+    fluid.advance(0.01)
+    middle, corner = fluid.pressure_at([(0.0, 0.0, 0.0), (0.9 * half, 0.0, 0.9 * half)])
+    effective = spacing * math.sqrt(np.count_nonzero(inside) / math.pi)
+    assert middle - corner == pytest.approx(0.0728 / effective, rel=0.08)
+    assert np.hypot(*fluid.phase_positions("water")[:, ::2].T).max() < 1.1 * radius
