@@ -13,6 +13,9 @@ from oilsim.quantity import quantity, require
 RIGHT_ANGLE = 90.0
 # [1] largest nu dt / d^2 of explicit viscosity; measured; beyond it noise beside walls grows by Eq. 25, from 0.26 on by the split scheme
 EXPLICIT_UP_TO = 0.2
+# [1/d] steepest gradient of the smoothed field of a flat interface between liquids of 0 and 1; theory; half as much again as the
+# kernel's integral over a plane through its middle, 0.54 in two and 0.55 in three dimensions
+STEEPEST = 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +49,11 @@ class Wetting:
 
     def __post_init__(self) -> None:
         require("wetting", Wetting, vars(self))
+
+
+def least_pressure(phases: Iterable[Phase], spacing: float) -> float:
+    """Return the pressure [Pa] above which no interface of the phases is under a pull (see `interface_stress`); spacing d [m]."""
+    return STEEPEST * max((phase.interfacial_tension for phase in phases), default=0.0) / spacing
 
 
 def capillary_inertia(phases: Iterable[Phase]) -> float:

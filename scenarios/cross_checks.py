@@ -33,6 +33,7 @@ from scenarios.schema.liquid import (
     SlabFill,
     SphereFill,
     Tank,
+    air_problems,
 )
 from scenarios.schema.moorings import MooringSettings, TieSettings, held_ends, mooring_problems, tie_problems, tied_ends
 from scenarios.schema.parsing.quantity_fields import Vector
@@ -117,6 +118,8 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
+        if parts.tank is not None:
+            yield from air_problems(parts.phases, parts.fluid, parts.tank, _under_the_sky(parts))
         yield from _explicit(parts.fluid, parts.phases.values())
         yield from _contact_angles(parts, parts.fluid)
     if parts.forcing is not None and parts.forcing.waves is not None:
@@ -182,6 +185,13 @@ def _sea_decides(fluid: FluidSettings) -> Iterator[Problem]:
         yield Problem("fluid.interfacial_tension", "is true, allowed in a window: false")
     if any(fluid.gravity[:2]) or fluid.gravity[2] >= 0.0:
         yield Problem("fluid.gravity", f"is {fluid.gravity}, allowed in a window: straight down, as that of the sea")
+
+
+def _under_the_sky(parts: Parts) -> list[str]:
+    """Name the tables with entries that take every phase that is no oil for water under an open sky."""
+    tables = {"booms": parts.booms, "vessels": parts.vessels, "emitters": parts.emitters, "window": parts.window}
+    tables["forcing"] = {} if parts.forcing is None else {key: one for key, one in vars(parts.forcing).items() if one}
+    return [name for name, entries in tables.items() if entries]
 
 
 def _contact_angles(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

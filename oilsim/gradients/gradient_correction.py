@@ -1,7 +1,7 @@
 """The correction matrices Y_i of the pair vectors, by which the pressure acts.
 
     G_ij = (Y_i + Y_j) / 2 V grad W_ij,       G_ib = (Y_i + 1 / m_0) / 2 V_b grad W_ib                    pair vectors [1/m]
-    Y_i = (1 - z) / m_0 + z M_i^-1,           z = EXACT smoothstep(lambda_i; THIN, FULL)                  correction matrix [1]
+    Y_i = (1 - z) / m_0 + z M_i^-1,           z = x smoothstep(lambda_i; THIN, FULL)                      correction matrix [1]
 
 M_i is the moment matrix of `particle_sums`, lambda_i its smallest eigenvalue, and m_0 the moment of a lattice.
 
@@ -14,13 +14,22 @@ The force of M^-1 alone is the gradient of no energy. It does work on particles 
 left to itself circulates ever faster: a plane column of 32 spacings reaches 3 % of sqrt(g H) after 100 s. A twentieth of the elastic force
 holds it at 0.3 %, and changes a wave of 64 spacings by less than 0.2 %. EXACT leaves that twentieth.
 
+The elastic force resists shear by some 3e-4 of the pressure. A thick liquid that moves slowly has less stress than that, and a cylinder led
+down through it feels a third too much drag with 4 spacings of diameter. But it needs no such force, because viscosity stills what the
+pressure drives. So where viscosity stills the finest motion faster than the filter of noise does, the elastic share falls in proportion:
+
+    1 - x = (1 - EXACT) min(1, rate of the filter / rate of viscosity),     rates 1 / (SETTLING t_u) and FINEST nu / d^2.
+
 Walls are a lattice and have the lattice's matrix. With Y_i in its place water in a tank moves twice as much at rest. Where M is nearly
 singular, in spray and in thin films, Y fades to the lattice's matrix too.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from oilsim.backend.float32 import HALF, ONE, THREE, TWO, ZERO
 from oilsim.backend.jit import inlined
@@ -31,18 +40,31 @@ from oilsim.gradients.symmetric_3x3 import inverse, smallest_eigenvalue
 THIN = np.float32(0.6)
 # [1] smallest eigenvalue of M from which Y has its full share of M^-1; tuned; not on record
 FULL = np.float32(0.9)
-# [1] share of M^-1 inside the liquid; measured; a half calms plane columns no more than this does, and waves run 2 to 3 % faster
+# [1] share of M^-1 inside a thin liquid; measured; a half calms plane columns no more than this does, and waves run 2 to 3 % faster
 EXACT = np.float32(0.95)
 
 
+class CorrectionShares(NamedTuple):
+    """The moment m_0 of a lattice [1], and the share x of M^-1 in each particle's liquid (N,) [1]."""
+
+    lattice_moment: np.float32
+    exact: NDArray[np.float32]
+
+
+def exact_share(damping: float) -> float:
+    """Return the share x [1] of M^-1 in a liquid whose viscosity stills the finest motion `damping` [1] times as fast as the filter."""
+    return 1.0 - (1.0 - float(EXACT)) / max(1.0, damping)
+
+
 @inlined
-def fill_correction(i, moment, lattice_moment, matrix):
+def fill_correction(i, moment, shares, matrix):
     """Fill row i of matrix (N, 8) with Y_i [1], as xx, xy, xz, yy, yz, zz.
 
-    moment: M_i [1] as six numbers; lattice_moment: m_0 [1].
+    moment: M_i [1] as six numbers; shares: `CorrectionShares`.
     """
+    lattice_moment = shares.lattice_moment
     z = max(min((smallest_eigenvalue(moment) - THIN) / (FULL - THIN), ONE), ZERO)
-    z *= EXACT * z * (THREE - TWO * z)
+    z *= shares.exact[i] * z * (THREE - TWO * z)
     plain = (ONE - z) / lattice_moment
     if z <= ZERO:
         moment = (ONE, ZERO, ZERO, ONE, ZERO, ONE)
@@ -51,11 +73,11 @@ def fill_correction(i, moment, lattice_moment, matrix):
     matrix[i, 3], matrix[i, 4], matrix[i, 5] = plain + z * yy, z * yz, plain + z * zz
 
 
-def largest_stretch(lattice_moment: float) -> float:
-    """Return the most [1] by which Y, and so the mean of two, lengthens a vector: the greatest over the fade, for m_0."""
+def largest_stretch(lattice_moment: float, exact: float) -> float:
+    """Return the most [1] by which Y, and so the mean of two, lengthens a vector: the greatest over the fade, for m_0 and a share x."""
     eigenvalue = np.linspace(THIN, FULL, 101)
     z = (eigenvalue - THIN) / (FULL - THIN)
-    z *= float(EXACT) * z * (3.0 - 2.0 * z)
+    z *= exact * z * (3.0 - 2.0 * z)
     return max(1.0, float(((1.0 - z) / lattice_moment + z / eigenvalue).max()))
 
 

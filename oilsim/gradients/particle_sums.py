@@ -129,12 +129,12 @@ def coverage_and_slope(i, hood):
 
 
 @njit(**FAST)
-def sum_over_neighbors(begin, end, hood, plane, lattice_moment, compression, gradient_sum, flow, matrix):
+def sum_over_neighbors(begin, end, hood, plane, shares, compression, gradient_sum, flow, matrix):
     """Fill compression, gradient sum, velocity gradient and correction matrix of the particles begin to end.
 
     hood                     the `Neighborhood`
     plane                    whether y is absent
-    lattice_moment           m_0, moment of the lattice [1]
+    shares                   the `CorrectionShares`
     compression (N,)         becomes e_i [1]
     gradient_sum (3, N)      becomes g_i [1/m]
     flow (N, 16)             holds velocities [m/s], receives G_i [1/s]; G_i is 0 where the fluid neighbours do not span space
@@ -161,4 +161,4 @@ def sum_over_neighbors(begin, end, hood, plane, lattice_moment, compression, gra
             moment[0] + more[0], moment[1] + more[1], moment[2] + more[2],
             ONE if plane else moment[3] + more[3], moment[4] + more[4], moment[5] + more[5],
         )  # fmt: skip
-        fill_correction(i, whole, lattice_moment, matrix)
+        fill_correction(i, whole, shares, matrix)

@@ -18,20 +18,21 @@ from oilsim.boundaries.wall_contact import DISTANCES, NEAREST, PLACES, drop_shar
 from oilsim.boundaries.walls import Walls
 from oilsim.config import FluidConfig
 from oilsim.density.density_feedback import surface_table
-from oilsim.density.particle_shifting import shift_balance
-from oilsim.gradients.gradient_correction import largest_stretch
+from oilsim.density.particle_shifting import SETTLING, shift_balance
+from oilsim.gradients.gradient_correction import exact_share, largest_stretch
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit
 from oilsim.gradients.shear_correction import STRETCH
 from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
 from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
+from oilsim.phases import least_pressure
 from oilsim.pressure.coarse_grid import CoarsePressure
 from oilsim.pressure.pressure_gradient import PressureConstants
 from oilsim.step.sleeping_regions import SleepingRegions
 from oilsim.step.step_arrays import Needs, StepArrays
 from oilsim.step.verlet_lists import VerletLists
-from oilsim.tension.interface_stress import least_pressure
 from oilsim.viscosity.pair_stiffness import viscosity_matrix
+from oilsim.viscosity.viscous_system import FINEST
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -53,6 +54,7 @@ class StepConstants:
     pressure                   constants of `pressure_gradient`
     densities, viscosities     of the phases [kg/m3], [Pa s]; reference_density: that of the first
     weights                    rho_ref / rho_0 of the phases [1]
+    exact                      share of M^-1 in the correction matrices of the phases [1]
     pair_viscosity             between phases (P, P) [Pa s]
     adhesion                   of the phases, as `adhesion_acceleration` takes it; None where none sticks
     tensions                   of the phases (P,) [N/m]; None where none has any
@@ -83,13 +85,16 @@ class StepConstants:
         self.reference_density = float(self.densities[0])
         self.weights: Real = (self.reference_density / self.densities).astype(np.float32)
         self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]
+        filter_time = 0.0 if self.weightless else SETTLING * froude_unit(d, config.gravity)
+        damping = FINEST * np.array(self.viscosities) / self.densities / d**2 * filter_time
+        self.exact: Real = np.array([exact_share(rate) for rate in damping], np.float32)
         self.pair_viscosity: Real = viscosity_matrix(self.viscosities, same_phase_only=not self.corrected)
         scale = adhesion_scale(dimension) / d**dimension
         strength = [phase.adhesion * scale / phase.rest_density for phase in config.phases]
         self.adhesion = np.array(strength, np.float32) if any(strength) else None
         tensions = [phase.interfacial_tension for phase in config.phases]
         self.tensions = np.array(tensions, np.float32) if any(tensions) else None
-        self.least_pressure = least_pressure(max(tensions), d)
+        self.least_pressure = least_pressure(config.phases, d)
         self.touching_wall = np.float32(wall_coverage(0.0, dimension))
         self.nearest_wall = np.float32(wall_coverage(float(NEAREST), dimension))
         self.wall_coverages: Real = np.array(
@@ -97,7 +102,7 @@ class StepConstants:
         )
         self.drop = drop_share(float(self.sigma) * config.rest_volume)
         longest = config.rest_volume * steepest_slope(d, dimension)
-        longest *= largest_stretch(lattice_moment(dimension)) + STRETCH
+        longest *= largest_stretch(lattice_moment(dimension), float(self.exact.max())) + STRETCH
         self.gradient_quantum = np.float32(longest / np.iinfo(np.int16).max)
 
 

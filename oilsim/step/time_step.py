@@ -20,7 +20,8 @@ However calm, particles swing about their places under the pressure that presses
 with the p / rho below which all but OUTLIERS of the particles lie. Beyond this limit particles in calm water jump about, and the pressure
 solve needs more iterations: a pool of ten layers costs twice as much a second at twice this step.
 
-Interfacial tension bounds the step by the shortest ripples (`FluidConfig.capillary_time_step`).
+Interfacial tension bounds the step by the shortest ripples, and by the swings of the lightest liquid under the pressure that keeps
+interfaces whole (`FluidConfig.capillary_time_step`). So the first step, before any pressure is known, is short enough too.
 
 Bodies take part in a fluid's steps, so with moving bodies a whole number of equal steps fills each advance. Without moving bodies nothing
 has to happen at its end: a step goes on into the next advance, and particles are seen on their flight. Otherwise the 30 frames a second of
@@ -40,8 +41,9 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather, load, only, positive, root, spread, summed
+from oilsim.config import swing_time_step
 from oilsim.neighborhood.neighbor_search import nearest_images, rows
-from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice_stiffness
+from oilsim.neighborhood.smoothing_kernels import SUPPORT
 from oilsim.pressure.rest_pressure import rest_pressure
 from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
@@ -51,8 +53,6 @@ from oilsim.step.step_tools import StepTools
 OUTLIERS = 5e-3
 # [particles] at least that stand for a larger number; theory; their outliers are known within a sixth
 SAMPLE = 10_000
-# [1] share of the lattice's limit that is used; measured; disorder makes some particles swing faster
-STABLE = 0.9
 # [d] that a particle may go in a step; theory; unseen before, it meets others at d or more
 REACH = SUPPORT - 1.0
 # [1] neighbours below which a particle is a drop that flies by itself; numerical; not on record
@@ -163,8 +163,7 @@ def most(values: NDArray[np.float32]) -> float:
 
 def stable_time_step(spacing: float, dimension: int, head: NDArray[np.float32]) -> float:
     """Return the longest stable step [s] under pressures over densities `head` (N,) [m2/s2]; spacing d [m]."""
-    highest = most(np.maximum(head, np.float32(0.0)))
-    return STABLE * 2.0 * spacing / math.sqrt(lattice_stiffness(dimension) * highest) if highest > 0.0 else math.inf
+    return swing_time_step(spacing, dimension, most(np.maximum(head, np.float32(0.0))))
 
 
 def cfl_time_step(spacing: float, largest_speed: float, cfl: float, minimum: float, maximum: float) -> float:

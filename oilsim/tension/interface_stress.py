@@ -22,7 +22,7 @@ much the other way. At 90 degrees walls do not pull along themselves. Bodies rec
 
 The stress pulls along the interface. Where the pressure is less than |b|, at most sigma times `STEEPEST` / d, the sum of both is a pull,
 and particles draw together under a pull: the interface breaks up. So liquid that fills a box gets a pressure of at least that much
-(`least_pressure`), and under a free surface an interface must lie deeper than |b| / (rho g).
+(`oilsim.phases.least_pressure`), and under a free surface an interface must lie deeper than |b| / (rho g).
 """
 
 from __future__ import annotations
@@ -43,16 +43,8 @@ from oilsim.neighborhood.neighbor_search import nearest_images, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
 Real = NDArray[np.float32]
-# [1/d] steepest gradient of the smoothed field of a flat interface between liquids of 0 and 1; theory; half as much again as the
-# kernel's integral over a plane through its middle, 0.54 in two and 0.55 in three dimensions
-STEEPEST = 0.8
 # [Pa2] added to squares of gradients that may vanish; theory; far below that of any interface
 TINY = np.float32(1e-20)
-
-
-def least_pressure(tension: float, spacing: float) -> float:
-    """Return the pressure [Pa] above which no interface of a tension [N/m] is under a pull; spacing d [m]."""
-    return STEEPEST * tension / spacing
 
 
 @njit(**FAST)

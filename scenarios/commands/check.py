@@ -40,6 +40,7 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     from rich.text import Text
 
     from oilsim.config import longest_time_step
+    from scenarios.setup.cost import longest_step
 
     console.print(Text.assemble((scenario.name, "bold"), f": {scenario.title}"))
     table = Table(show_header=False)
@@ -57,9 +58,11 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
         table.add_row(f"surface particles of {name}", f"about {count:,}")
     table.add_row("simulated", f"{scenario.run.duration:g} s in about {cost.steps:,} steps")
     if scenario.run.has_particles:
-        given = scenario.fluid.maximum_time_step is not None
+        given, step = scenario.fluid.maximum_time_step is not None, longest_step(scenario)
         chosen = "set by fluid.maximum_time_step" if given else "by the particle spacing"
-        table.add_row("longest step", f"{1e3 * longest_time_step(scenario.fluid):.3g} ms, {chosen}")
+        if step < longest_time_step(scenario.fluid):
+            chosen = "by the tension of interfaces"
+        table.add_row("longest step", f"{1e3 * step:.3g} ms, {chosen}")
     table.add_row("memory", f"about {cost.memory / 1e9:.1f} GB")
     table.add_row(f"time with {cost.threads} threads", f"about {_duration(cost.seconds)}")
     console.print(table)

@@ -7,7 +7,7 @@ SI units, world frame with z up. A field in m/s may be written with the suffix `
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
@@ -28,6 +28,7 @@ COLDEST, WARMEST = -2.0, 40.0  # [degrees C] of the sea
 LABORATORY = 15.0  # [degrees C] at which a named oil is taken if no temperature is given
 LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
 SIDES: tuple[Side, ...] = get_args(Side)
+AIR_TENSION = 0.0728  # [N/m] of clean water in air at 20 C
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +42,9 @@ class FluidSettings(Section):
     relaxation            omega of the paper's Eq. 23
     tolerances            mean relative compression, mean compression per step, relative residual
     cfl                   largest motion of a particle in one sub-step, in spacings
-    interfacial_tension   whether interfaces between oils and water pull, with the tension of each oil; it shortens steps to
-                          sqrt((rho_o + rho_w) d^3 / (4 pi sigma)), and matters where ripples of a few spacings do
+    interfacial_tension   whether interfaces pull: between oils and water with the tension of each oil, between liquids and air with
+                          that of the air; it shortens steps to sqrt((rho_1 + rho_2) d^3 / (4 pi sigma)), with air to less, and matters
+                          where ripples of a few spacings do
     sleep_speed           [m/s] regions that move more slowly fall asleep until something disturbs them; 0: none does
     """
 
@@ -76,7 +78,7 @@ class FluidSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class PhaseSettings(Section):
-    """One liquid: an oil by its name (`oilsim oils SEARCH`), with or without changed values, or a liquid by its own values.
+    """One liquid: an oil by its name (`oilsim oils SEARCH`), with or without changed values, or a liquid or air by its own values.
 
     oil                short name, record or full name of an oil of the ADIOS library, which gives the values that are not stated here
     temperature        [degrees C] of a named oil; without it, 15
@@ -87,8 +89,10 @@ class PhaseSettings(Section):
     dynamic_viscosity  [Pa s]
     adhesion           [J/m2] work of adhesion to walls and bodies; with 0 the liquid does not stick
     interfacial_tension  [N/m] of an oil on water, by which booms lose droplets; without it, a named oil has that of the library, if it was
-                       measured, else 0.020 is assumed, and the run says so. Between particles it acts with `fluid.interfacial_tension`
-    role               how the scores count it; the default is oil if it is a named oil or lighter than 990 kg/m3
+                       measured, else 0.020 is assumed, and the run says so. Between particles it acts with `fluid.interfacial_tension`.
+                       Of air on water; without it, 0.0728
+    role               how the scores count it; the default is oil if it is a named oil or lighter than 990 kg/m3. "air" fills the rest of a
+                       closed tank, so that drops, bubbles and fronts have surface tension
     color              red, green, blue, opacity, each 0 to 255
     """
 
@@ -100,7 +104,7 @@ class PhaseSettings(Section):
     dynamic_viscosity: float | None = quantity_of(Phase, "dynamic_viscosity", default=None)
     adhesion: float = quantity_of(Phase, "adhesion")
     interfacial_tension: float | None = quantity_of(OilOnWater, "interfacial_tension", default=None)
-    role: Literal["water", "oil"] | None = None
+    role: Literal["water", "oil", "air"] | None = None
     color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
 
     def problems(self) -> Iterator[Problem]:
@@ -117,8 +121,10 @@ class PhaseSettings(Section):
         for name, usual in states.items():
             if self.oil is None and getattr(self, name) != usual:
                 yield Problem(name, f"is {getattr(self, name):g}, allowed: only with the name of an oil")
-        if self.interfacial_tension is not None and not self.is_oil:
-            yield Problem("interfacial_tension", f"is {self.interfacial_tension:g}, allowed: only of an oil")
+        if self.interfacial_tension is not None and not (self.is_oil or self.is_air):
+            yield Problem("interfacial_tension", f"is {self.interfacial_tension:g}, allowed: only of an oil or of air")
+        if self.is_air and self.oil is not None:
+            yield Problem("role", 'is "air", allowed of an oil: "oil" or "water"')
 
     @property
     def rest_density(self) -> float:
@@ -132,7 +138,9 @@ class PhaseSettings(Section):
 
     @property
     def tension(self) -> float | None:
-        """Interfacial tension [N/m] with water, stated or from the library of oils; None if it is not known."""
+        """Interfacial tension [N/m] with water: stated, of the library of oils, or of clean water in air; None if it is not known."""
+        if self.interfacial_tension is None and self.is_air:
+            return AIR_TENSION
         if self.interfacial_tension is not None or self.oil is None:
             return self.interfacial_tension
         return oil_named(self.oil).interfacial_tension
@@ -150,6 +158,11 @@ class PhaseSettings(Section):
             return self.role == "oil"
         return self.oil is not None or self.rest_density < LIGHTEST_WATER
 
+    @property
+    def is_air(self) -> bool:
+        """True if this phase fills what liquids leave of a closed tank."""
+        return self.role == "air"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Tank(Section):
@@ -159,7 +172,8 @@ class Tank(Section):
     periodic  axes on which liquid that leaves one side enters the other; the liquid also meets bodies across it, but bodies do not meet
               each other across it
     no_slip   true: the liquid sticks to the walls; false: it slides along them
-    contact_angle  [deg] at which oil meets the walls in water, through the oil; it needs `fluid.interfacial_tension`
+    contact_angle  [deg] at which oil meets the walls in water, through the oil, or air, through the air; it needs
+                   `fluid.interfacial_tension`
     """
 
     lower: Vector = quantity("m")
@@ -186,6 +200,19 @@ class Tank(Section):
     def closed_sides(self) -> tuple[Side, ...]:
         """The sides that have a wall."""
         return tuple(side for side in SIDES if side not in self.open and side[1] not in self.periodic)
+
+
+def air_problems(
+    phases: Mapping[str, PhaseSettings], fluid: FluidSettings, tank: Tank, tables: Collection[str]
+) -> Iterator[Problem]:
+    """Find what does not go together with air among the phases; `tables` of the scenario that need water under an open sky."""
+    for allowed in (f"allowed with the air {name!r}" for name, phase in phases.items() if phase.is_air):
+        if not fluid.interfacial_tension:
+            yield Problem("fluid.interfacial_tension", f"is false, {allowed}: true")
+        if tank.open:
+            yield Problem("tank.open", f"has {', '.join(tank.open)}, {allowed}: no side")
+        for table in tables:
+            yield Problem(table, f"has entries, {allowed}: none, as they need water under an open sky")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -60,8 +60,13 @@ def oils_of(scenario: Scenario) -> dict[str, OilOnWater]:
     }
 
 
+def has_tension(phase: PhaseSettings) -> bool:
+    """Tell whether a phase has a tension against water."""
+    return phase.is_oil or phase.is_air
+
+
 def tension_of(phase: PhaseSettings) -> float:
-    """Return the interfacial tension [N/m] of an oil on water, the assumed one if none is given."""
+    """Return the interfacial tension [N/m] of an oil or of air on water, the assumed one if none is given."""
     return ASSUMED_TENSION if phase.tension is None else phase.tension
 
 

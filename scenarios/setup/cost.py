@@ -134,7 +134,7 @@ def estimate(scenario: Scenario) -> Cost:
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
-        told=(*_told(scenario, solids, level), *missing, *remarks),
+        told=(*_told(scenario, solids, level, _of_air(scenario, positions)), *missing, *remarks),
         seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps * own_steps + _body_seconds(scenario),
     )
 
@@ -182,9 +182,18 @@ def _assumed(scenario: Scenario) -> list[str]:
     return assumed_tensions(scenario)
 
 
-def _told(scenario: Scenario, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
-    """List the warnings of fills, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
-    fluid, assumed = scenario.fluid, _assumed(scenario)
+def _of_air(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
+    """Say what is to be said of air; only air pays for the import."""
+    if not any(phase.is_air for phase in scenario.phases.values()):
+        return []
+    from scenarios.setup.fluid import air_remarks
+
+    return air_remarks(scenario, positions)
+
+
+def _told(scenario: Scenario, solids: Sequence[Solid], level: float, air: Sequence[str]) -> tuple[str, ...]:
+    """List the warnings of fills, air, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
+    fluid, assumed = scenario.fluid, [*air, *_assumed(scenario)]
     fills = tuple(misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension).values())
     if not solids or not scenario.run.has_particles:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed, *unused_sea(scenario))
@@ -239,6 +248,19 @@ def _wall_measure(tank: Tank, plane: bool) -> float:
     return float(sum(np.prod(np.delete(extent, "xyz".index(side[1]))) for side in sides))
 
 
+def longest_step(scenario: Scenario) -> float:
+    """Return the longest step [s] that the settings, the spacing and tensions allow; ScenarioError where they leave none."""
+    if not scenario.fluid.interfacial_tension:
+        return longest_time_step(scenario.fluid)
+    from scenarios.setup.fluid import fluid_config  # only interfaces that pull pay for the import
+
+    try:
+        config = fluid_config(scenario)
+    except ValueError as problem:
+        raise ScenarioError([Problem("", f"fluid cannot be built: {problem}")]) from problem
+    return min(config.longest_time_step, config.capillary_time_step)
+
+
 def _steps(scenario: Scenario, tops: list[float]) -> int:
     """Estimate the steps of the fluid from the communication step, the largest step, and the motion of the fastest particle.
 
@@ -253,6 +275,6 @@ def _steps(scenario: Scenario, tops: list[float]) -> int:
     gravity = float(np.linalg.norm(settings.gravity))
     speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - scenario.tank.lower[2]))
     free = settings.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
-    step = max(settings.minimum_time_step, min(longest_time_step(settings), run.communication_step, free))
+    step = max(settings.minimum_time_step, min(longest_step(scenario), run.communication_step, free))
     per_communication = math.ceil(run.communication_step / step - 1e-9)
     return math.ceil(run.duration / run.communication_step - 1e-9) * per_communication

@@ -24,12 +24,15 @@ from scenarios.scenario import Scenario
 from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
-from scenarios.setup.boom_losses import tension_of
-from scenarios.setup.fill_lattice import starting_positions
+from scenarios.setup.boom_losses import has_tension, tension_of
+from scenarios.setup.fill_lattice import Lattice, starting_positions
 
 Array = NDArray[np.float64]
 
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
+# [1] viscosity over sqrt(rho sigma d), below which particles of air beside a surface move by themselves; measured (docs/numerics.md, Air)
+STILL_AIR = 0.04
+FULL = 0.995  # of a tank's particles, from which on liquid counts as filling it; as in `oilsim.step.stages.relaxation`
 
 
 def fluid_config(scenario: Scenario) -> FluidConfig:
@@ -48,7 +51,7 @@ def fluid_config(scenario: Scenario) -> FluidConfig:
                 rest_density=phase.rest_density,
                 dynamic_viscosity=phase.viscosity,
                 adhesion=phase.adhesion,
-                interfacial_tension=tension_of(phase) if settings.interfacial_tension and phase.is_oil else 0.0,
+                interfacial_tension=tension_of(phase) if settings.interfacial_tension and has_tension(phase) else 0.0,
             )
             for name, phase in scenario.phases.items()
         ),
@@ -57,6 +60,26 @@ def fluid_config(scenario: Scenario) -> FluidConfig:
         periodic=("x" in tank.periodic, "y" in tank.periodic, False),
         **{item.name: getattr(settings, item.name) for item in fields(settings) if item.name != "interfacial_tension"},
     )
+
+
+def air_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
+    """Say where air is too thin for its particles to rest, or leaves room; positions (N, 3) [m] of the particles, by region."""
+    remarks, spacing = list[str](), scenario.fluid.particle_spacing
+    airs = {name: phase for name, phase in scenario.phases.items() if phase.is_air}
+    for name, phase in airs.items():
+        least = STILL_AIR * math.sqrt(phase.rest_density * tension_of(phase) * spacing)
+        if phase.viscosity < least:
+            text = f"phases.{name}: with less than {least:.2g} Pa s its particles move by themselves beside a surface, and push it about"
+            remarks.append(text)
+    if airs and not scenario.bodies:
+        room = Lattice(scenario.tank, spacing, scenario.fluid.dimension).count.tolist()
+        whole = room[0] * room[2] * (1 if scenario.fluid.dimension == 2 else room[1])
+        share = sum(map(len, positions.values())) / whole
+        if share < FULL:
+            remarks.append(
+                f"particles fill {100.0 * share:.0f} % of the tank: surfaces in air hold together in a full tank only"
+            )
+    return remarks
 
 
 def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
@@ -128,7 +151,8 @@ def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
     half = 0.5 * scenario.fluid.particle_spacing
     free = {name: points for name, points in positions.items() if len(points) and scenario.fill[name].inside is None}
     tops = {name: float(points[:, 2].max()) + half for name, points in free.items()}
-    water = [top for name, top in tops.items() if not scenario.phases[scenario.fill[name].phase].is_oil]
+    phases = {name: scenario.phases[scenario.fill[name].phase] for name in tops}
+    water = [top for name, top in tops.items() if not (phases[name].is_oil or phases[name].is_air)]
     return max(water or tops.values(), default=scenario.tank.lower[2])
 
 

@@ -37,6 +37,7 @@ SCENARIOS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "rock-coating": ("rock-coating", 0.025, 80, ()),
     "still-column": ("still-column", 0.06, 30, ()),
     "two-layer": ("two-layer", 0.08, 30, ()),
+    "drop-in-air": ("drop-in-air", 0.00125, 4, ()),
     "sweep-200m": ("sweep-200m", 0.25, 8, ()),
     "harbour-1km": ("harbour-1km", 0.25, 4, ()),
     "j-sweep-skimmer": ("j-sweep-skimmer", 0.25, 4, ("injects.stops.at=0.02", "injects.stops.spread=0.0")),

@@ -70,6 +70,18 @@ def test_contact_angles_need_interfaces_that_pull() -> None:
     assert found == {"bodies.rock.contact_angle": "is 181.0, allowed: 0 or more and at most 180 deg"}
 
 
+def test_air_needs_tension_a_closed_tank_and_no_sky() -> None:
+    air = '[phases.air]\nrole = "air"\ndensity = 10.0\ndynamic_viscosity = 1e-3\n'
+    opened = {"upper = [1.0, 1.0, 1.0]": 'upper = [1.0, 1.0, 1.0]\nopen = ["+z"]'}
+    assert problems_of(air + "[forcing.wind]\nspeed = 3.0\ndirection = 0.0", instead=opened) == {
+        "fluid.interfacial_tension": "is false, allowed with the air 'air': true",
+        "tank.open": "has +z, allowed with the air 'air': no side",
+        "forcing": "has entries, allowed with the air 'air': none, as they need water under an open sky",
+    }
+    found = problems_of(air.replace("density = 10.0", 'oil = "brent"'))
+    assert found["phases.air.role"] == 'is "air", allowed of an oil: "oil" or "water"'
+
+
 def test_two_dimensions_have_no_y() -> None:
     plane = {"particle_spacing = 0.1": "particle_spacing = 0.1\ndimension = 2\ngravity = [0.0, 1.0, -9.81]"}
     moving = {"top = 0.3": "top = 0.3\nvelocity = [1.0, 0.5, 0.0]"}

@@ -11,19 +11,22 @@ from tests.validation.bodies.harbour_flume import HARBOUR_FLUME
 from tests.validation.bodies.released import HEAVE_DECAY, PLANE_RELEASE, RELEASE, SURFACING
 from tests.validation.bodies.towed_cylinder import TOWED_CYLINDER
 from tests.validation.bodies.towing import TOWED_PLATE, TOWED_SKIRT
+from tests.validation.bodies.wave_flume import WAVE_FLUME
 from tests.validation.bodies.window_agreement import WINDOW_AGREEMENT
 from tests.validation.bodies.without_particles import WITHOUT_PARTICLES
 from tests.validation.case import Case
 from tests.validation.liquids.channel import LAYERED, START_UP
-from tests.validation.liquids.contact_angle import CONTACT_ANGLE
 from tests.validation.liquids.dam_break import DAM_FRONT, DAM_PRESSURE
 from tests.validation.liquids.drop import CONSERVATION, ELLIPTICAL_DROP
 from tests.validation.liquids.hydrostatics import STILL_COLUMN
 from tests.validation.liquids.interfaces import LOCK_EXCHANGE, RAYLEIGH_TAYLOR
 from tests.validation.liquids.planar_slick import PLANAR_SLICK
 from tests.validation.liquids.spreading import OIL_SLICK, VISCOUS_CURRENT
-from tests.validation.liquids.tension import INTERFACE_SHEAR, INTERFACIAL_DROP, RISING_BUBBLE
-from tests.validation.liquids.thick_liquid import SETTLING_SPHERE, THICK_REST
+from tests.validation.liquids.tension.between_liquids import INTERFACE_SHEAR, INTERFACIAL_DROP, RISING_BUBBLE
+from tests.validation.liquids.tension.contact_angle import CONTACT_ANGLE
+from tests.validation.liquids.tension.drop_in_air import DROP_IN_AIR
+from tests.validation.liquids.tension.front_in_air import FRONT_IN_AIR
+from tests.validation.liquids.thick_liquid import SETTLING_SPHERE, THICK_REST, THICK_TOW
 from tests.validation.liquids.two_layers import TWO_LAYERS
 from tests.validation.liquids.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_GREEN
 from tests.validation.liquids.wave_drift import WAVE_DRIFT
@@ -38,7 +41,7 @@ CASES: tuple[Case, ...] = tuple(
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
             TOWED_CYLINDER, BOOM_FLUME, BOOM_LOSSES, BOOM_RAMP, BOOM_SLICE, BOOM_ROUNDING, HARBOUR_FLUME, BOOM_HELD_OUT, THICK_REST,
             SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM, WINDOW_AGREEMENT, INTERFACIAL_DROP, RISING_BUBBLE, INTERFACE_SHEAR,
-            CONTACT_ANGLE,
+            CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME, THICK_TOW,
         ),
         key=lambda case: case.number,
     )

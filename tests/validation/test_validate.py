@@ -11,11 +11,13 @@ import pytest
 from oilsim.config import FluidConfig
 from tests.validation import half_step, report
 from tests.validation.__main__ import main, run_level
+from tests.validation.bodies import wave_flume
 from tests.validation.bodies.floating import SIZE, solids
 from tests.validation.bodies.released import cylinder_added_mass, sphere_added_mass, turning_points
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, select
 from tests.validation.liquids.channel import couette, poiseuille
+from tests.validation.liquids.wave_drift import DEPTH, Wave
 from tests.validation.liquids.waves import exact_omega, interface_roots
 from tests.validation.rigid import disc
 from tests.validation.scenes import liquid, read_table
@@ -104,7 +106,7 @@ def test_unknown_case_is_refused(capsys):
 def test_cases_are_chosen_by_name_or_number():
     assert [case.number for case in select("13, still-column")] == [1, 13]
     assert select("") == list(CASES)
-    assert len({case.name for case in CASES}) == len(CASES) == 45
+    assert len({case.name for case in CASES}) == len(CASES) == 49
 
 
 def test_reference_solutions_agree_with_the_tables():
@@ -113,6 +115,20 @@ def test_reference_solutions_agree_with_the_tables():
     assert couette(np.array([0.0, 1e-3]), 0.1) == pytest.approx([0.0, 1.25e-5], abs=1e-9)
     assert 2.0 * math.pi / exact_omega(math.pi, 1.0) == pytest.approx(1.13392, rel=1e-4)
     assert 2.0 * math.pi / interface_roots()[1] == pytest.approx(2.5340, rel=1e-4)
+
+
+def test_drift_of_a_closed_flume_carries_nothing_and_gains_what_the_waves_lose():
+    wave = Wave(3.0)
+    place, speed, loss = np.array(wave_flume.GAUGED) * 2.0, wave_flume.group_speed(wave), 0.05
+    time = (np.arange(wave_flume.SAMPLES * 40) + 1.0) * 2.0 * math.pi / wave.omega / wave_flume.SAMPLES
+    passing = (time[:, None] > (place + 5.0) / speed) * 0.04 * np.exp(-loss * place)
+    found, height = wave_flume.train(wave, place, passing), (np.arange(2000) + 0.5) / 2000 * DEPTH
+    assert found.drift(height).mean() == pytest.approx(0.0, abs=1e-6 * found.mean_stokes)
+    assert (found.amplitude, found.loss) == pytest.approx((0.04, loss), rel=1e-6)
+    # a front at c_g: the waves behind it lose 2 loss c_g m a time, m = g a^2 / 2 c
+    momentum = 0.5 * 9.81 * 0.04**2 * wave.number / wave.omega
+    since = time[-wave_flume.COUNTED * wave_flume.SAMPLES :].mean() - 5.0 / speed
+    assert found.shed == pytest.approx(2.0 * loss * speed * momentum * since, rel=0.05)
 
 
 def test_solids_are_closed_and_have_their_volumes():

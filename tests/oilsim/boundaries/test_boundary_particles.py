@@ -9,6 +9,7 @@ from oilsim.boundaries.boundary_particles import (
     BoundaryParticles,
     lattice_wall_factor,
     sides_of,
+    solid_box,
     tank_walls,
     wall_coverage,
 )
@@ -77,6 +78,24 @@ def test_walls_of_sizes_between_spacings_stand_for_all_their_area():
     assert lowest[:2] == pytest.approx([-0.15, -0.05])
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("size", [(0.8, 0.6, 1.0), (0.83, 0.57, 1.02)])  # on the lattice, and between its places
+def test_solid_box_is_the_two_outer_layers_of_its_lattice_and_has_the_boxes_area(dimension, size):
+    axes = [0, 2] if dimension == 2 else [0, 1, 2]
+    solid, size = solid_box(size, 0.1, dimension=dimension), np.array(size)[axes]
+    place = solid.position[:, axes]
+    assert place.min(axis=0) == pytest.approx(-place.max(axis=0))  # about its centre
+    # the outermost layer lies half a spacing under each side
+    assert place.max(axis=0) == pytest.approx(0.5 * size - 0.05, abs=5e-3)
+    assert solid.area.sum() == pytest.approx(sum(2.0 * size.prod() / side for side in size), rel=1e-6)
+    inner = np.abs(place) < 0.5 * size - 0.2
+    assert not inner.all(axis=1).any()
+    cells = np.round(size / 0.1)
+    share = 1.0 - ((cells - 4.0) / cells).prod()  # two layers on either side of each axis
+    assert solid.volume.sum() == pytest.approx(share * size.prod(), rel=0.02)
+    assert len(place) == cells.prod() - (cells - 4.0).prod()
+
+
 def test_periodic_axis_cannot_be_closed():
     with pytest.raises(ValueError, match=r"side '-x' is closed, allowed: open"):
         tank_walls((0, 0, 0), (1, 1, 1), 0.1, periodic=(True, False, False))
@@ -85,5 +104,16 @@ def test_periodic_axis_cannot_be_closed():
 def test_unsound_boundary_is_refused():
     with pytest.raises(ValueError, match=r"volume has shape \(2,\), allowed: \(M,\)"):
         BoundaryParticles(name="rock", position=np.zeros((3, 3)), volume=np.zeros(2), area=np.zeros(3))
-    with pytest.raises(ValueError, match="must be finite"):
-        BoundaryParticles(name="rock", position=np.zeros((1, 3)), volume=np.array([np.nan]), area=np.zeros(1))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1e-9])
+@pytest.mark.parametrize("what", ["volume", "area", "position"])
+def test_one_unsound_value_among_sound_ones_is_refused(what, value):
+    values = {"position": np.ones((3, 3)), "volume": np.ones(3), "area": np.ones(3)}
+    BoundaryParticles(name="rock", **values)
+    values[what].flat[1] = value
+    if what == "position" and np.isfinite(value):
+        BoundaryParticles(name="rock", **values)  # a place may be negative
+        return
+    with pytest.raises(ValueError, match=f"boundary 'rock': {what} must be finite"):
+        BoundaryParticles(name="rock", **values)

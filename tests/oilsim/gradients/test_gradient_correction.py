@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
-from oilsim.gradients.gradient_correction import EXACT, FULL, THIN
+from oilsim.gradients.gradient_correction import EXACT, FULL, THIN, exact_share
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice_moment, normalisation
+from oilsim.phases import Phase
 from tests.oilsim.conftest import disturbed
 from tests.oilsim.gradients.test_particle_sums import SPACING, fields
 
@@ -46,3 +49,15 @@ def test_face_matrices_are_inverse_moments_where_neighbours_span_space(make_flui
     # between the two matrices elsewhere: sizes within theirs
     largest = np.maximum(1.0 / np.maximum(smallest, float(THIN)), 1.0 / lattice_moment(dimension))
     assert (np.abs(found[:, entries]).max(axis=1) <= largest + 1e-5).all()
+
+
+def test_the_elastic_share_falls_where_viscosity_outruns_the_filter(make_fluid):
+    assert exact_share(0.0) == exact_share(1.0) == float(EXACT)
+    assert 1.0 - exact_share(10.0) == pytest.approx(0.1 * (1.0 - float(EXACT)))
+    phases = tuple(Phase(name=f"oil {mu:g}", rest_density=1000.0, dynamic_viscosity=mu) for mu in (1e-3, 300.0))
+    thin, thick = make_fluid(phases=phases, gravity=(0.0, 0.0, -10.0)).tools.constants.exact
+    # 10 nu / d^2 of the finest motion over 1 / (1.5 sqrt(d / g)) of the filter
+    damping = 10.0 * 0.3 / SPACING**2 * 1.5 * math.sqrt(SPACING / 10.0)
+    assert damping > 2.0
+    assert (thin, thick) == pytest.approx((float(EXACT), 1.0 - (1.0 - float(EXACT)) / damping), rel=1e-6)
+    assert (make_fluid(phases=phases, gravity=(0.0, 0.0, 0.0)).tools.constants.exact == EXACT).all()

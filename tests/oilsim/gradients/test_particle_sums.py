@@ -7,6 +7,7 @@ import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.gradients.flow import GRADIENT, WEIGHT
+from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.neighbor_search import fill_rows
@@ -26,9 +27,9 @@ def fields(fluid):
     compression, gradient = np.empty(count, np.float32), np.empty((3, count), np.float32)
     flow, matrix = np.zeros((count, 16), np.float32), np.empty((count, 8), np.float32)
     fill_rows(0, count, state.velocity, arrays.weight, flow)
+    shares = CorrectionShares(tools.constants.moment, tools.constants.exact.take(state.phase))
     sum_over_neighbors(
-        0, count, arrays.neighborhood, tools.constants.plane, np.float32(lattice_moment(fluid.config.dimension)), compression,
-        gradient, flow, matrix,
+        0, count, arrays.neighborhood, tools.constants.plane, shares, compression, gradient, flow, matrix
     )  # fmt: skip
     return compression, gradient, flow, matrix[:, :6]
 

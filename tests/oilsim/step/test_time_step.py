@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
+from oilsim.config import STABLE
 from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, lattice_stiffness
 from oilsim.step.pressure_operator import PressureOperator
@@ -13,7 +14,6 @@ from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.time_step import (
     REACH,
-    STABLE,
     cfl_time_step,
     equal_steps,
     largest_relative_speed,

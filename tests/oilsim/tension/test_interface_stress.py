@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
+from oilsim.config import STABLE, FluidConfig
 from oilsim.initial_conditions import block
+from oilsim.neighborhood.smoothing_kernels import lattice_stiffness
 from oilsim.phases import Phase
 from oilsim.step.stages.tension import apply_tension
 from tests.oilsim.conftest import disturbed, prepare
@@ -124,6 +125,13 @@ def test_ripples_bound_the_step(make_fluid):
     assert fluid.state.step <= longest * (1.0 + 1e-6)
 
 
+def test_light_air_shortens_the_step_by_the_pressure_that_keeps_its_interface_whole():
+    air = Phase(name="air", rest_density=1.2, interfacial_tension=0.0728)
+    config = FluidConfig(particle_spacing=0.001, phases=(WATER, air), minimum_time_step=1e-6, **ROOM)
+    swings = math.sqrt(lattice_stiffness(2) * 0.8 * 0.0728 / 0.001 / 1.2) / 0.001  # 1/s
+    assert config.capillary_time_step == pytest.approx(STABLE * 2.0 / swings)
+
+
 @pytest.mark.parametrize(
     ("terms", "message"),
     [
@@ -147,3 +155,22 @@ def test_settings_at_odds_with_tension_are_refused(terms, message):
 def test_impossible_tension_is_refused(value):
     with pytest.raises(ValueError, match="phase 'oil': interfacial_tension is"):
         Phase(name="oil", rest_density=850.0, interfacial_tension=value)
+
+
+def test_light_air_around_a_drop_gives_its_surface_laplaces_pressure(make_fluid):
+    radius, spacing, half = 0.005, 0.005 / 6, 0.0125
+    water = Phase(name="water", rest_density=1000.0, dynamic_viscosity=0.05)
+    air = Phase(name="air", rest_density=10.0, dynamic_viscosity=1e-3, interfacial_tension=0.0728)
+    fluid = make_fluid(
+        particle_spacing=spacing, phases=(water, air), dimension=2, gravity=(0.0, 0.0, 0.0), lower=(-half, -1.0, -half),
+        upper=(half, 1.0, half), periodic=(True, False, True), minimum_time_step=1e-5,
+    )  # fmt: skip
+    points = block((-half, 0.0, -half), (half, 0.0, half), spacing, 2)
+    inside = np.hypot(points[:, 0], points[:, 2]) < radius
+    fluid.add_particles(points[inside], phase="water")
+    fluid.add_particles(points[~inside], phase="air")
+    fluid.advance(0.01)
+    middle, corner = fluid.pressure_at([(0.0, 0.0, 0.0), (0.9 * half, 0.0, 0.9 * half)])
+    effective = spacing * math.sqrt(np.count_nonzero(inside) / math.pi)
+    assert middle - corner == pytest.approx(0.0728 / effective, rel=0.08)
+    assert np.hypot(*fluid.phase_positions("water")[:, ::2].T).max() < 1.1 * radius

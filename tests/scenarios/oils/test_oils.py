@@ -134,24 +134,31 @@ def test_a_phase_takes_its_values_from_the_library_unless_it_states_them() -> No
     assert [problem.path for problem in found.value.problems] == ["temperature", "evaporated", "water_content"]
 
 
-def test_import_takes_sound_rows_and_says_why_it_refuses_others(tmp_path: Path) -> None:
+def imported(folder: Path, rows: list[dict[str, str]]) -> tuple[list[OilRecord], list[tuple[str, str, str, str]]]:
+    """Import a library of these rows; a column that a row does not name is empty."""
     heads = ["Oil_Name", "ADIOS_Oil_ID", "Location", "Reference", "API", "Pour_Point_Max_K", "Product_Type"]
     heads += [f"Oil_{water}_Interfacial_Tension_N_m" for water in ("Water", "SeaWater")]
     kinds = {"Density": ("_Kg_m_3", 4), "KVis": ("_m_2_s", 6), "DVis": ("_kg_ms", 6)}
     for stem, (unit, count) in kinds.items():
         for number in range(1, count + 1):
             heads += [f"{stem}{number}{unit}", f"{stem}{number}_Ref_Temp_K", f"{stem}{number}_Weathering"]
-    sound = {"Oil_Name": "SOUND", "ADIOS_Oil_ID": "AD1", "API": "30", "KVis1_m_2_s": "1e-5", "KVis1_Ref_Temp_K": "288"}
-    rows = [
-        sound | {"Oil_Water_Interfacial_Tension_N_m": "25"},  # mN/m
-        sound | {"ADIOS_Oil_ID": "AD2", "Density1_Kg_m_3": "0.876", "Density1_Ref_Temp_K": "288"},  # g/cm3
-        sound | {"ADIOS_Oil_ID": "AD3", "KVis1_Ref_Temp_K": "15"},  # degrees C
-        sound | {"ADIOS_Oil_ID": "AD4", "Density1_Kg_m_3": "980", "Density1_Ref_Temp_K": "288"},
-        sound | {"ADIOS_Oil_ID": "AD5", "KVis2_m_2_s": "2e-5", "KVis2_Ref_Temp_K": "311"},
-    ]
     lines = ["5\t9/20/2017\tadios", "\t".join(heads), *("\t".join(row.get(head, "") for head in heads) for row in rows)]
-    (tmp_path / "lib.txt").write_text("\n".join(lines), encoding="utf-8")
-    kept, refused = read_library(tmp_path / "lib.txt")
+    (folder / "lib.txt").write_text("\n".join(lines), encoding="utf-8")
+    return read_library(folder / "lib.txt")
+
+
+SOUND = {"Oil_Name": "SOUND", "ADIOS_Oil_ID": "AD1", "API": "30", "KVis1_m_2_s": "1e-5", "KVis1_Ref_Temp_K": "288"}
+
+
+def test_import_takes_sound_rows_and_says_why_it_refuses_others(tmp_path: Path) -> None:
+    rows = [
+        SOUND | {"Oil_Water_Interfacial_Tension_N_m": "25"},  # mN/m
+        SOUND | {"ADIOS_Oil_ID": "AD2", "Density1_Kg_m_3": "0.876", "Density1_Ref_Temp_K": "288"},  # g/cm3
+        SOUND | {"ADIOS_Oil_ID": "AD3", "KVis1_Ref_Temp_K": "15"},  # degrees C
+        SOUND | {"ADIOS_Oil_ID": "AD4", "Density1_Kg_m_3": "980", "Density1_Ref_Temp_K": "288"},
+        SOUND | {"ADIOS_Oil_ID": "AD5", "KVis2_m_2_s": "2e-5", "KVis2_Ref_Temp_K": "311"},
+    ]
+    kept, refused = imported(tmp_path, rows)
     assert [found.record for found in kept] == ["AD1", "AD2"]
     assert kept[0].interfacial_tension is None
     assert kept[0].temperatures("viscosity") == (15.0,)
@@ -160,6 +167,53 @@ def test_import_takes_sound_rows_and_says_why_it_refuses_others(tmp_path: Path) 
     assert "contradicts API gravity 30" in told["AD4"][1]
     assert "rises with temperature" in told["AD5"][1]
     assert {(record, what) for record, _, what, _ in refused} >= {("AD1", "value"), ("AD2", "value"), ("AD3", "value")}
+
+
+def reasons_for(folder: Path, column: str, value: str) -> list[str]:
+    """Tell why an import refuses `value` in this column of a sound row; empty where it takes it."""
+    needed = {f"{column.rpartition('1_')[0]}1_Ref_Temp_K": "288"} if "1_" in column and "Temp" not in column else {}
+    return [reason for _, _, what, reason in imported(folder, [SOUND | needed | {column: value}])[1] if what == "value"]
+
+
+@pytest.mark.parametrize(
+    ("column", "lowest", "highest"),
+    [
+        ("Density1_Kg_m_3", 600.0, 1100.0),
+        ("KVis1_m_2_s", 1e-7, 10.0),  # 0.1 to 10 million centistokes
+        ("DVis1_kg_ms", 600.0 * 1e-7, 1000.0 * 10.0),  # the same, with the least density and about that of bitumen
+        ("Oil_SeaWater_Interfacial_Tension_N_m", 1e-3, 0.06),
+        ("Pour_Point_Max_K", 190.0, 350.0),
+        ("KVis1_Ref_Temp_K", 250.0, 400.0),
+    ],
+)
+def test_import_takes_what_lies_within_the_limits_and_refuses_what_lies_outside(
+    tmp_path: Path, column: str, lowest: float, highest: float
+) -> None:
+    for value in (lowest, highest):
+        assert reasons_for(tmp_path, column, f"{value:.10g}") == []
+    for value in (0.97 * lowest, 1.03 * highest):
+        (reason,) = reasons_for(tmp_path, column, f"{value:.10g}")
+        assert f"allowed: {lowest:g} to {highest:g}" in reason
+
+
+def test_import_takes_samples_weathered_by_less_than_nine_tenths(tmp_path: Path) -> None:
+    assert reasons_for(tmp_path, "KVis1_Weathering", "0.89") == []
+    for value in ("0.9", "-0.01", "25"):
+        (reason,) = reasons_for(tmp_path, "KVis1_Weathering", value)
+        assert "allowed: 0 to 0.9" in reason
+
+
+def test_import_divides_a_dynamic_viscosity_by_the_density_nearest_to_its_temperature(tmp_path: Path) -> None:
+    row = SOUND | {"KVis1_m_2_s": "", "DVis1_kg_ms": "0.0873", "DVis1_Ref_Temp_K": "288"}
+    dense = {
+        "Density1_Kg_m_3": "882",
+        "Density1_Ref_Temp_K": "273",
+        "Density2_Kg_m_3": "873",
+        "Density2_Ref_Temp_K": "288",
+    }
+    ((both,), _), ((by_gravity,), _) = imported(tmp_path, [row | dense]), imported(tmp_path, [row])
+    assert both.kinematic_viscosity_at(15.0) == pytest.approx(1e-4, rel=2e-3)
+    assert by_gravity.kinematic_viscosity_at(15.0) == pytest.approx(0.0873 / api_density(30.0), rel=2e-3)
 
 
 def test_command_shows_lists_and_cards(capsys: pytest.CaptureFixture[str]) -> None:

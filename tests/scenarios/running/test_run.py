@@ -37,6 +37,7 @@ SPACINGS = {
     "calm-spread": 0.2,
     "dam-break": 0.1,
     "deploy-and-connect": 0.25,
+    "drop-in-air": 0.00125,
     "floating-box": 0.1,
     "harbour-1km": 0.25,
     "inlet-exclusion": 0.25,

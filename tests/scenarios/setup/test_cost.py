@@ -6,6 +6,7 @@ import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
 from scenarios.load import load_scenario
+from scenarios.problems import ScenarioError
 from scenarios.setup.cost import estimate
 
 
@@ -37,3 +38,18 @@ def test_finer_particles_cost_more() -> None:
     assert fine.steps >= coarse.steps
     assert fine.seconds > coarse.seconds
     assert fine.memory > coarse.memory
+
+
+def test_check_tells_thin_air_a_tank_that_is_not_full_and_the_step_of_tension() -> None:
+    def told(*changes: str) -> tuple[str, ...]:
+        return estimate(load_scenario("drop-in-air", overrides=list(changes)).scenario).told
+
+    assert told() == ()
+    thin = told("phases.air.dynamic_viscosity=1.8e-5")
+    assert thin == (
+        "phases.air: with less than 0.00085 Pa s its particles move by themselves beside a surface, and push it about",
+    )
+    assert told("fill.air.top=0.0")[-1].startswith("particles fill 54 % of the tank")
+    scenario = load_scenario("drop-in-air", overrides=["fluid.minimum_time_step=1e-3"]).scenario
+    with pytest.raises(ScenarioError, match=r"minimum_time_step is 0\.001 s, allowed: up to 0\.000252 s"):
+        estimate(scenario)

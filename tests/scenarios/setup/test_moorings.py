@@ -7,6 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from oilsim.physical_constants import GRAVITY
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
@@ -74,6 +75,27 @@ def test_leg_hangs_from_what_it_holds_to_the_ground() -> None:
     assert "boom/main/tow-end-1" in joints
     assert layout.fleet.tension_joints["main", "end-0"] == "moorings/first"
     assert set(layout.world.lines.names) == {"moorings/buoy", "moorings/first", "moorings/inner"}
+
+
+def test_anchor_holds_by_its_own_mass_and_a_fixed_one_by_what_is_stated() -> None:
+    fluke, fixed = LEG, LEG.replace("mass = 25.0", 'kind = "fixed"')
+    text = BASE + BUOY + "".join(
+        f'[moorings.{name}]\nbody = "buoy"\n{leg}'
+        for name, leg in {
+            "light": fluke,
+            "heavy": fluke.replace("mass = 25.0", "mass = 40.0"),
+            "in_mud": fluke.replace("mass = 25.0", 'mass = 25.0\nground = "mud"'),
+            "tested": fluke.replace("mass = 25.0", "mass = 25.0\nholding = 900.0"),
+            "ring": fixed,
+            "bolt": fixed.replace('"fixed"', '"fixed"\nholding = 5000.0'),
+        }.items()
+    )  # fmt: skip
+    legs = lay_out(scenario_from(tomllib.loads(text))).fleet.legs
+    holding = {leg.name.removeprefix("moorings/"): leg.anchor.holding for leg in legs}
+    assert holding["light"] == pytest.approx(16.0 * 25.0 * GRAVITY)  # ITOPF's least of a Danforth anchor in sand
+    assert holding["heavy"] == pytest.approx(16.0 * 40.0 * GRAVITY)
+    assert holding["in_mud"] == pytest.approx(13.0 * 25.0 * GRAVITY)
+    assert (holding["tested"], holding["ring"], holding["bolt"]) == (900.0, np.inf, 5000.0)
 
 
 def test_dragging_and_parting_are_told_once_and_read(scenario_run: type[ScenarioRun]) -> None:

@@ -1,4 +1,4 @@
-"""Cases 30 and 31: thick, heavy liquid between walls that it sticks to: at rest, and round a sphere that settles in it.
+"""Cases 30, 31 and 58: thick, heavy liquid between walls that it sticks to: at rest, and round bodies that settle or are led down in it.
 
 Gravity, pressure and viscosity must balance at every step. Where one of them acts alone before viscosity does, liquid at rest slides
 along the walls at a share of g dt, and a body in it has too little lift.
@@ -20,7 +20,7 @@ from oilsim.initial_conditions import block
 from oilsim.phases import Phase
 from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.rigid import CLEARANCE, Body, disc, outside
+from tests.validation.rigid import CLEARANCE, Body, disc, disordered, outside
 from tests.validation.scenes import GRAVITY, SAMPLE, rms_speed
 
 Double = NDArray[np.float64]
@@ -213,4 +213,55 @@ SETTLING_SPHERE = Case(
     ),
     panels=(Panel("fall", "t U / D", "speed / measured"),),
     run=settling_sphere,
+)
+
+
+TOWED, TRAVEL, COUNTED_TRAVEL = 0.036, 2.5, 1.5  # m/s; diameters: its whole way, and the part of it that is counted
+
+
+def towed_drag(bench: Bench, resolution: int, gravity: float) -> float:
+    """Drag [N/m] of a plane cylinder of BALL's diameter that is led down through the box of the sphere, less its lift."""
+    density, viscosity, _ = LIQUIDS[1.5]
+    spacing = BALL / resolution
+    width, height = (round(side / spacing) * spacing for side in (BOX[0], BOX[2]))
+    room = 4.0 * spacing
+    config = FluidConfig(
+        particle_spacing=spacing, phases=(Phase(name="oil", rest_density=density, dynamic_viscosity=viscosity),), dimension=2,
+        lower=(-room, -1.0, -room), upper=(width + room, 1.0, height + room), gravity=(0.0, 0.0, -gravity),
+    )  # fmt: skip
+    fluid = bench.fluid(config)
+    sides = ("-x", "+x", "-z", "+z")
+    fluid.add_boundary(tank_walls((0, 0, 0), (width, 0, height), spacing, sides=sides, dimension=2, no_slip=True))
+    start = np.array([0.5 * width, 0.0, FALL])
+    points = disordered(block((0, 0, 0), (width, 0, height), spacing, 2), spacing) * (1.0, 0.0, 1.0)
+    outside_it = np.linalg.norm(points - start, axis=1) > 0.5 * BALL + CLEARANCE * spacing
+    fluid.add_particles(points[outside_it], phase="oil")
+    body = Body(fluid, replace(disc(0.5 * BALL, spacing), no_slip=True), 1.0, np.zeros((3, 3)), start)
+    body.twist[2] = -TOWED
+    beat = BALL / TOWED / BEATS
+    forces = [body.advance(bench, beat)[2] for _ in range(round(TRAVEL * BEATS))]
+    return float(np.mean(forces[-round(COUNTED_TRAVEL * BEATS) :])) - density * gravity * 0.25 * math.pi * BALL**2
+
+
+def thick_tow(resolution: int, bench: Bench) -> Outcome:
+    """Case 58: the drag with gravity over the one without."""
+    bench.plan(2.0 * TRAVEL * BALL / TOWED)
+    weightless, heavy = (towed_drag(bench, resolution, gravity) for gravity in (0.0, GRAVITY))
+    return Outcome(values={"drag with gravity / without": heavy / weightless})
+
+
+THICK_TOW = Case(
+    number=58,
+    name="thick-tow",
+    title="A cylinder is led down through thick oil",
+    source="weight adds lift to a body, and no drag",
+    setup=f"plane cylinder of D = {BALL:g} m, led at {TOWED:g} m/s down the closed box of case 31 in its oil of {LIQUIDS[1.5][1]:g} Pa s; "
+    f"particles begin off their lattice; mean over the last {COUNTED_TRAVEL:g} of {TRAVEL:g} D, less Archimedes' lift",
+    length=BALL,
+    length_symbol="D",
+    resolutions=(4, 6, 8),
+    quantities=(Quantity(name="drag with gravity / without", unit="1", reference=1.0, gate=0.04),),
+    panels=(),
+    run=thick_tow,
+    note="the pressure is 800 times the stress of viscosity, so what pressure leaves of an elastic force is felt as drag.",
 )

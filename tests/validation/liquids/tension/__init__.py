@@ -1,0 +1,1 @@
+"""Cases with tension of interfaces: between liquids, and between water and air."""
