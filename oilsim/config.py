@@ -125,7 +125,7 @@ class FluidConfig:
     maximum_time_step      [s]; None (default): `longest_time_step` takes it from the spacing, 10 ms at 5 cm, 20 ms at 20 cm
     cfl                    lambda of Eq. 30
     sleep_speed            speed [m/s] below which whole regions fall asleep (`sleeping_regions`); 0: none ever does
-    well_balanced          let most of the pressure of water at rest act by its own slope (`rest_pressure`): deep water then takes long steps
+    well_balanced          most of the pressure of water at rest acts by its own slope (`rest_pressure`): deep water takes long steps
     sleep_margin           [supports] of still water at least that stay awake between sleeping and moving water, and width of a region
     """
 
@@ -206,7 +206,9 @@ class FluidConfig:
         if self.dimension == 2 and self.gravity[1] != 0.0:
             yield f"gravity.y is {self.gravity[1]} m/s2, allowed: 0 in two dimensions"
         axes = (0, 2) if self.dimension == 2 else (0, 1, 2)  # a plane's particles have no y
-        if self.well_balanced and (self.scheme == "paper" or self.gravity[:2] != (0.0, 0.0) or not self.gravity[2] < 0.0):
+        if self.well_balanced and (
+            self.scheme == "paper" or self.gravity[:2] != (0.0, 0.0) or not self.gravity[2] < 0.0
+        ):
             yield "well_balanced is True, allowed: False in the paper's scheme and under a gravity that is not straight down"
         furthest = max(abs(corner[axis]) for corner in (self.lower, self.upper) for axis in axes)
         if not furthest <= FURTHEST * self.particle_spacing:

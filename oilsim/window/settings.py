@@ -13,8 +13,8 @@ from oilsim.config import SHORTEST_WAVE
 from oilsim.physical_constants import GRAVITY
 from oilsim.quantity import quantity, require
 
-# [1] steps in the period of the shortest wave that particles carry; theory; its period is then 0.7 % off, (omega dt)^2 / 24
-STEPS_A_PERIOD = 10.0
+# [1] steps in the period of the shortest wave that particles carry; theory; its period is then 1.4 % off, (omega dt)^2 / 24
+STEPS_A_PERIOD = 11.0
 # [1] share of the size that the rim takes on each side; numerical; half of the box is left in the middle
 RIM_SHARE = 0.25
 # settings of `FluidConfig` that a window takes as they are; its scheme is "split", its gravity that of the sea

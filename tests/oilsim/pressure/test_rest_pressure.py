@@ -8,7 +8,7 @@ import pytest
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.gradients.free_surface import FreeSurface
 from oilsim.initial_conditions import block
-from oilsim.pressure.rest_pressure import FADE, rest_pressure, top_of_rest
+from oilsim.pressure.rest_pressure import FADE, SHARE, rest_pressure, top_of_rest
 from oilsim.step.pressure_operator import PressureOperator
 from tests.oilsim.conftest import disturbed, prepare
 
@@ -23,14 +23,16 @@ def test_the_slope_is_the_derivative() -> None:
     np.testing.assert_allclose((below.impulse - above.impulse) / (2.0 * step), here.slope, atol=2e-3 * KICK)
     assert not here.impulse[height >= 0.0].any()
     deep = height < -FADE * spacing
-    np.testing.assert_allclose(here.slope[deep], KICK, rtol=1e-6)
-    np.testing.assert_allclose(here.impulse[deep], KICK * (-height[deep] - 0.5 * FADE * spacing), rtol=1e-5)
+    np.testing.assert_allclose(here.slope[deep], SHARE * KICK, rtol=1e-6)
+    np.testing.assert_allclose(here.impulse[deep], SHARE * KICK * (-height[deep] - 0.5 * FADE * spacing), rtol=1e-5)
 
 
 def test_the_top_lies_below_every_free_surface() -> None:
     height = np.array([-0.9, -0.5, -0.1, -0.4], np.float32)
-    surface = np.array([FreeSurface.INSIDE, FreeSurface.INSIDE, FreeSurface.AT_SURFACE, FreeSurface.NEAR_SURFACE], np.uint8)
-    none, pressed = np.zeros(4, np.float32), KICK * np.array([0.9, 0.5, 0.09, 0.4], np.float32)
+    surface = np.array(
+        [FreeSurface.INSIDE, FreeSurface.INSIDE, FreeSurface.AT_SURFACE, FreeSurface.NEAR_SURFACE], np.uint8
+    )
+    none, pressed = np.zeros(4, np.float32), KICK * np.array([0.9, 0.5, 0.07, 0.4], np.float32)
     assert top_of_rest(height, surface, none, 0.1, KICK) == pytest.approx(-0.4)
     assert top_of_rest(height, surface, pressed, 0.1, KICK) == pytest.approx(-0.1)  # the other is pressed
     assert top_of_rest(height, np.zeros(4, np.uint8), none, 0.1, KICK) == -np.inf
@@ -39,7 +41,12 @@ def test_the_top_lies_below_every_free_surface() -> None:
 def column(make_fluid, spacing):
     """A disordered column of water 1 m deep between periodic sides in the plane, and the operator of its step."""
     fluid = make_fluid(
-        particle_spacing=spacing, dimension=2, periodic=(True, False, False), lower=(0, 0, -2 * spacing), upper=(1, 1, 1.5)
+        particle_spacing=spacing,
+        well_balanced=True,
+        dimension=2,
+        periodic=(True, False, False),
+        lower=(0, 0, -2 * spacing),
+        upper=(1, 1, 1.5),
     )
     lower, upper = (0.0, 0.0, 0.0), (1.0, 0.0, 1.0)
     fluid.add_boundary(tank_walls(lower, upper, spacing, sides=("-z",), periodic=(True, False, False), dimension=2))
@@ -61,7 +68,7 @@ def rise(fluid, operator, *pressures):
 
 @pytest.mark.parametrize("particles", [16, 32, 64])
 def test_sums_and_slope_agree_but_for_noise(make_fluid, particles) -> None:
-    """The mean of the sums is the slope within a per cent, and water at rest is left alone by a third of the sums' noise."""
+    """The mean of the sums is the slope within a per cent, and water at rest is left alone but for half of the sums' noise."""
     spacing = 1.0 / particles
     fluid, operator = column(make_fluid, spacing)
     state, arrays = fluid.state, fluid.arrays
@@ -74,23 +81,24 @@ def test_sums_and_slope_agree_but_for_noise(make_fluid, particles) -> None:
     assert balanced[2].sum() == pytest.approx(by_sums[2].sum(), rel=0.01)  # the weight that the floor bears
     left = balanced[:, below] - np.array([[0.0], [0.0], [KICK]])
     noise = by_sums[:, below] - np.array([[0.0], [0.0], [KICK]])
-    assert np.sqrt((left**2).mean()) < np.sqrt((noise**2).mean()) / 3.0
+    assert np.sqrt((left**2).mean()) < np.sqrt((noise**2).mean()) / 2.0
 
 
-def test_deep_water_takes_the_steps_of_shallow_water(make_fluid) -> None:
-    """Steps do not shorten with depth, and the bottom bears the weight."""
+def test_deep_water_takes_longer_steps(make_fluid) -> None:
+    """Water 16 spacings deep takes steps a third longer, or more, and the bottom bears its weight."""
     steps = []
-    for depth in (0.8, 1.6):
+    for balanced in (False, True):
         fluid = make_fluid(
-            dimension=2, periodic=(True, False, False), lower=(0, 0, -0.2), upper=(1, 1, 2.5), maximum_time_step=1.0
-        )
-        lower, upper = (0.0, 0.0, 0.0), (1.0, 0.0, depth)
+            dimension=2, well_balanced=balanced, periodic=(True, False, False), lower=(0, 0, -0.2), upper=(1, 1, 2.5),
+            maximum_time_step=1.0,
+        )  # fmt: skip
+        lower, upper = (0.0, 0.0, 0.0), (1.0, 0.0, 1.6)
         fluid.add_boundary(tank_walls(lower, upper, 0.1, sides=("-z",), periodic=(True, False, False), dimension=2))
         fluid.add_particles(disturbed(block(lower, upper, 0.1, 2), 0.002, 1) * (1, 0, 1), phase="water")
         for _ in range(10):  # so that no step is longer before pressures are known
             fluid.advance(0.02)
         report = fluid.advance(4.0)
         steps.append(4.0 / report.sub_steps)
-        assert fluid.pressure_at([(0.5, 0.0, 0.1)])[0] == pytest.approx(9810.0 * (depth - 0.1), rel=0.01)
-        assert np.sqrt((fluid.state.velocity**2).sum(axis=0).mean()) < 0.005 * np.sqrt(9.81 * depth)
-    assert steps[1] == pytest.approx(steps[0], rel=0.2)
+        assert fluid.pressure_at([(0.5, 0.0, 0.1)])[0] == pytest.approx(9810.0 * 1.5, rel=0.01)
+        assert np.sqrt((fluid.state.velocity**2).sum(axis=0).mean()) < 0.005 * np.sqrt(9.81 * 1.6)
+    assert steps[1] > 4.0 / 3.0 * steps[0]
