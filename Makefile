@@ -52,7 +52,7 @@ fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMU
 	$(BIN)/python -m tests.fuzz.console --attacks $(or $(ATTACKS),2000)
 
 mutants: $(READY)  ## put seeded faults into a copy of the code, EACH in each of FILES files, ONLY=oilsim,coupling; goes on where it was ended
-	$(BIN)/python -m tests.mutants --files $(or $(FILES),40) --each $(or $(EACH),5) --seed $(or $(SEED),0) $(if $(ONLY),--only $(ONLY)) $(if $(RECORDED_RUNS),--recorded-runs)
+	$(BIN)/python -m tests.mutants --files $(or $(FILES),40) --each $(or $(EACH),5) --seed $(or $(SEED),0) $(if $(ONLY),--only $(ONLY)) $(if $(NEAREST),--nearest $(NEAREST)) $(if $(SECONDS),--seconds $(SECONDS)) $(if $(RECORDED_RUNS),--recorded-runs)
 
 paper: $(READY)  ## draw the figures of Qiu et al. 2021 again in paper-report/, and test the paper's conclusions; some 20 minutes on two cores
 	$(BIN)/python -m tests.paper

@@ -9,6 +9,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.rigid.rotations import rotation_matrices
 from oilsim.physical_constants import AIR_DENSITY
 
 Array = NDArray[np.float64]
@@ -41,7 +42,7 @@ class Windage:
         speed = float(np.hypot(relative[0], relative[1]))
         if speed == 0.0:
             return np.zeros(6)
-        turn = _matrix(pose[3:])
+        turn = rotation_matrices(pose[None, 3:])[0]
         arm = self._center @ turn.T
         facing = np.maximum(0.0, -(self._outward @ turn.T) @ (relative / speed))
         facing[arm[:, 2] + pose[2] <= self._level] = 0.0
@@ -121,15 +122,3 @@ def _variables(bodies: Sequence[str]) -> list[Variable]:
         found += [Variable(f"{body}.pose", "m, 1", (7,), given), Variable(f"{body}.twist", "m/s, rad/s", (6,), given)]
         found.append(Variable(f"{body}.applied_wrench", "N, N m", (6,), taken))
     return found
-
-
-def _matrix(orientation: Array) -> Array:
-    """Return the rotation matrix (3, 3) of a quaternion xyzw."""
-    x, y, z, w = (float(part) for part in orientation)
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )

@@ -1,9 +1,10 @@
 """Put seeded faults into a copy of the code, one at a time, and say which of them no test notices.
 
-    python -m tests.mutants [--files 40] [--each 5] [--seed 0] [--only oilsim,coupling] [--seconds 30] [--recorded-runs]
+    python -m tests.mutants [--files 40] [--each 5] [--seed 0] [--only oilsim,coupling] [--seconds 30] [--nearest 12]
+                            [--recorded-runs]
 
 Files are drawn with chances as the number of faults they can have, and `--each` faults in each. A fault is noticed if a quick test fails
-within `--seconds` of processor time: the nearest twelve files of tests by imports and names are asked. Faults of one file's plain
+within `--seconds` of processor time: the `--nearest` files of tests by imports and names are asked. Faults of one file's plain
 functions are put into the live functions of one session of pytest (`session`), and meet the tests that call these. Faults in kernels
 and constants are put into the file, and a fork imports, and compiles, what depends on it. `--recorded-runs` puts the recorded runs of
 `tests.regression` behind the tests.
@@ -26,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.mutants.mutations import Mutant, mutants_of
-from tests.mutants.nearness import PACKAGES, ImportMap, is_plain
+from tests.mutants.nearness import NEAREST, PACKAGES, ImportMap, is_plain
 from tests.mutants.session import run_session
 from tests.mutants.trial import Outcome, fault_in_place, preload, run_tests
 
@@ -69,6 +70,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
     parser.add_argument("--only", default="", help="draw from files whose path begins so; several with commas")
     parser.add_argument("--seconds", type=float, default=30.0, help="processor time of a fault's tests")
+    parser.add_argument("--nearest", type=int, default=NEAREST, help="files of tests that a fault meets")
     parser.add_argument("--recorded-runs", action="store_true", help="compare recorded runs, too; minutes each")
     chosen = parser.parse_args()
     copy, cache = REPORT / "code", REPORT / "cache"
@@ -83,7 +85,9 @@ def main() -> int:
     done = sum(results.settled(fault, chosen.seconds) for faults in drawn for fault in faults)
     for faults in drawn:
         left = [fault for fault in faults if not results.settled(fault, chosen.seconds)]
-        for fault, outcome in tried(left, imports, cache, chosen.seconds):
+        for fault, outcome in tried(
+            left, imports.tests_of(faults[0].file, chosen.nearest), imports, cache, chosen.seconds
+        ):
             by = outcome.failed
             if not by and chosen.recorded_runs:
                 with fault_in_place(fault, imports.stale(fault), cache) as trial_cache:
@@ -108,9 +112,10 @@ def draw(files: int, each: int, seed: int, only: str) -> list[list[Mutant]]:
     return list(drawn.values())
 
 
-def tried(faults: list[Mutant], imports: ImportMap, cache: Path, seconds: float) -> Iterator[tuple[Mutant, Outcome]]:
+def tried(
+    faults: list[Mutant], tests: list[str], imports: ImportMap, cache: Path, seconds: float
+) -> Iterator[tuple[Mutant, Outcome]]:
     """Yield each fault of a file with what came of it: those of plain functions in one session, the others alone."""
-    tests = imports.tests_of(faults[0].file) if faults else []
     plain, alone = ([fault for fault in faults if is_plain(fault) == wanted] for wanted in (True, False))
     if plain:
         for fault, outcome in run_session(plain, tests, cache, seconds):
@@ -144,7 +149,7 @@ def recorded_runs_agree(cache: Path) -> bool:
 
 def told(entry: dict[str, Any]) -> str:
     """Write a result in a line."""
-    verdict = "noticed" if entry["by"] else "NOT NOTICED" if entry["tests"] else "NO TEST CALLS IT"
+    verdict = "noticed" if entry["by"] else "NOT NOTICED" if entry["tests"] else "NO TEST REACHES IT IN TIME"
     return f"{verdict} in {entry['seconds']:.0f} s: {entry['fault']} {entry['by']}"
 
 

@@ -18,7 +18,7 @@ UNASKED = (
     "benchmarks",
     "regression",
 )  # rooms of tests that compare texts, or take long
-NEAREST = 12  # files of tests that a fault meets at most
+NEAREST = 12  # files of tests that a fault meets, unless told otherwise
 COMPILING = ("njit", "inlined", "exactly_inlined")  # decorators of kernels
 
 
@@ -60,8 +60,8 @@ class ImportMap:
             reached |= dict.fromkeys(edge, steps)
         return reached
 
-    def tests_of(self, file: Path) -> list[str]:
-        """Order the tests of a file: those that import or name it, its room's, the others that reach it."""
+    def tests_of(self, file: Path, nearest: int = NEAREST) -> list[str]:
+        """Return the nearest tests of a file: those that import or name it first, then its room's, then others that reach it."""
         room, distances = Path("tests", *file.parent.parts), self.distances(file)
         while not room.is_dir():
             room = room.parent
@@ -73,7 +73,7 @@ class ImportMap:
 
         tests = {one for one in (*distances, *room.glob("test_*.py")) if one.name.startswith("test_")}
         asked = [one for one in sorted(tests, key=order) if len(one.parts) > 2 and one.parts[1] not in UNASKED]
-        return [str(one) for one in asked[:NEAREST]]
+        return [str(one) for one in asked[:nearest]]
 
     def stale(self, fault: Mutant) -> set[Path]:
         """Name the files whose compiled kernels a fault may change: numba does not see that what a kernel inlines has changed."""

@@ -7,20 +7,21 @@ and which fail anyway. Each fault then meets the tests that call its function, t
 from __future__ import annotations
 
 import ast
+import builtins
 import gc
 import json
 import os
 import signal
-import sys
 import tempfile
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import CodeType, FrameType, FunctionType
+from types import CodeType, FunctionType
 from typing import Any
 
 from tests.mutants.mutations import Mutant, functions_around
 from tests.mutants.trial import LONGEST, QUIET, Outcome, enter, forked, processor_time
+
+NOTICE = "__mutants_notice__"  # the builtin that observed functions call with their first line
 
 
 def run_session(
@@ -49,7 +50,7 @@ def _session(faults: list[Mutant], tests: list[str], cache: Path, seconds: float
         enter(cache, folder)
         arguments = [*QUIET, "--continue-on-collection-errors", *tests]
         code = pytest.main(arguments, plugins=[Loop(faults, seconds, folder, writing)])
-        os._exit(1 if code == pytest.ExitCode.INTERNAL_ERROR else 0)
+        os._exit(1 if code in (pytest.ExitCode.INTERNAL_ERROR, pytest.ExitCode.USAGE_ERROR) else 0)
     finally:
         os._exit(1)
 
@@ -81,24 +82,18 @@ class Loop:
         return True
 
     def _observed(self, items: list[Any]) -> dict[str, tuple[float, ...]]:
-        """Return the first lines of the functions that each sound test calls, and its seconds [s] as the last entry."""
-        file, report = str(self._faults[0].file.absolute()), self._folder / "observed.jsonl"
+        """Return the first lines of the faulty functions that each sound test calls, and its seconds [s] as the last entry."""
+        report = self._folder / "observed.jsonl"
 
         def call() -> None:
             limit, lines = processor_time() + 2.0 * self._seconds, set[int]()
 
-            def notice(frame: FrameType, event: str, _: object) -> None:
-                if event == "call" and frame.f_code.co_filename == file:
-                    lines.add(frame.f_code.co_firstlineno)
-
-            threading.setprofile(notice)
+            observe(self._faults, lines.add)
             with report.open("w") as out:
                 for item, following in zip(items, [*items[1:], None], strict=True):
                     lines.clear()
                     begun, self._failed = processor_time(), False
-                    sys.setprofile(notice)
                     item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-                    sys.setprofile(None)
                     if not self._failed:
                         out.write(json.dumps([item.nodeid, [*lines, processor_time() - begun]]) + "\n")
                         out.flush()
@@ -133,13 +128,29 @@ class Loop:
         return [*json.loads(report.read_text()), spent] if report.exists() else None
 
 
+def observe(faults: list[Mutant], notice: Callable[[int], None]) -> None:
+    """Make the live functions that faults of one file are to be put into call `notice` with their first line, before all else."""
+    around = [functions_around(fault) for fault in faults]
+    lines, tree = {first_line(functions[-1]) for functions in around}, ast.parse(faults[0].file.read_bytes())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef) and first_line(node) in lines:
+            call = ast.Call(ast.Name(NOTICE, ast.Load()), [ast.Constant(first_line(node))], [])
+            node.body.insert(0, ast.fix_missing_locations(ast.copy_location(ast.Expr(call), node.body[0])))
+    setattr(builtins, NOTICE, notice)
+    for place in {(first_line(functions[0]), functions[0].name) for functions in around}:
+        _replaced(faults[0].file, place, tree)
+
+
 def put_into_function(fault: Mutant) -> bool:
     """Give the live functions that come from the fault's place code with the fault; tell whether there are any."""
-    file, outermost = str(fault.file.absolute()), functions_around(fault)[0]
-    place = (first_line(outermost), outermost.name)
-    (code,) = [
-        one for one in _codes(compile(fault.apply(), file, "exec")) if (one.co_firstlineno, one.co_name) == place
-    ]
+    outermost = functions_around(fault)[0]
+    return _replaced(fault.file, (first_line(outermost), outermost.name), fault.apply())
+
+
+def _replaced(source: Path, place: tuple[int, str], text: str | ast.Module) -> bool:
+    """Give the live functions of this first line and name the code from another text of their file; tell whether there are any."""
+    file = str(source.absolute())
+    (code,) = [one for one in _codes(compile(text, file, "exec")) if (one.co_firstlineno, one.co_name) == place]
     found = [
         one for one in gc.get_objects()
         if isinstance(one, FunctionType) and one.__code__.co_filename == file

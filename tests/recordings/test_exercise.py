@@ -96,6 +96,17 @@ def test_boom_colours_run_from_pale_to_dark_with_tension() -> None:
     brightness = colors[:, :3].sum(axis=1)
     assert (np.diff(brightness)[:3] < 0).all()
     assert (colors[3] == colors[4]).all()
+    pale, orange, dark_red = (255, 236, 150, 255), (246, 112, 20, 255), (110, 0, 40, 255)
+    assert [tuple(color) for color in colors[[0, 2, 3]]] == [pale, orange, dark_red]  # none shows what is behind it
+
+
+def test_a_body_has_its_own_colour_or_that_of_its_group(made_up: ModuleType) -> None:
+    mesh = made_up.describe().meshes["rock"]
+    own = replace(mesh, color=(1, 2, 3, 255))
+    assert palette.body_color("vessels/port", own) == (1, 2, 3, 255)
+    of_group = palette.body_color("vessels/port", None)
+    assert palette.body_color("vessels/port", replace(mesh, color=None)) == of_group
+    assert of_group != palette.body_color("boom/segment-00", None)
 
 
 def test_cameras_follow_the_apex_from_outside_and_the_vessel_from_ahead(made_up: ModuleType) -> None:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vessels.drive import HARD_OVER, Drive, DriveModel
+from vessels.drive import HARD_OVER, HULL_PLACE, HULL_SHARE, RUDDERS, WAKE, Drive, DriveModel
 from vessels.hull import float_hull, wigley_hull
 from vessels.hull_forces import HullForces, clarke_derivatives
 from vessels.wave_resistance import HullForm, entrance_angle, wave_resistance
@@ -60,6 +60,10 @@ def test_thrust_falls_to_nothing_at_the_free_speed() -> None:
     assert DRIVE.limits(0.0) == pytest.approx((-10e3, 20e3))
     assert DRIVE.limits(0.5 * DRIVE.free_speed)[1] == pytest.approx(10e3)
     assert DRIVE.limits(2.0 * DRIVE.free_speed)[1] == 0.0
+    # K_T = 0.44 P/D at rest gives 6.15 turns a second for 20 kN, and K_T is 0 at J = 1.1 P/D
+    turns = math.sqrt(20e3 / (0.44 * 0.8 * 1027.0 * 1.1**4))
+    made = DriveModel(Drive(diameter=1.1, spacing=2.4, rudder_area=1.2), 15.0, 40e3, 1027.0)
+    assert made.free_speed == pytest.approx(1.1 * 0.8 * turns * 1.1 / (1.0 - 0.2))
     given, _ = DRIVE.push((90e3, 0.0), (0.0, 0.0, 0.0), 0.0, 0.2, BOTH)
     assert given == pytest.approx((40e3, 0.0, 0.0), abs=1e-6)
 
@@ -73,6 +77,27 @@ def test_rudder_turns_the_bow_to_its_side_and_takes_time() -> None:
     assert given.ahead < 10e3
     mirrored, _ = DRIVE.push((10e3, -1e9), (3.0, 0.0, 0.0), -HARD_OVER, 0.2, BOTH)
     assert mirrored == pytest.approx((given.ahead, -given.to_port, -given.moment))
+
+
+@pytest.mark.parametrize("angle", [0.1, -0.3])
+def test_rudders_of_a_coasting_vessel_push_by_fujiis_formula(angle: float) -> None:
+    """F_N = 0.5 rho A U^2 6.13 L / (L + 2.25) sin(angle), with L = 1.5 the aspect ratio and U the speed in the wake."""
+    push, held = DRIVE.push((0.0, 0.0), (3.0, 0.0, 0.0), angle, 0.0, (False, False))
+    assert held == angle
+    normal = 0.5 * 1027.0 * 1.2 * (3.0 * (1.0 - WAKE)) ** 2 * 2.452 * math.sin(angle)
+    arm = (RUDDERS + HULL_SHARE * HULL_PLACE) * 15.0
+    assert push.to_port == pytest.approx(-(1.0 + HULL_SHARE) * normal * math.cos(angle), rel=1e-9)
+    assert push.moment == pytest.approx(-arm * normal * math.cos(angle), rel=1e-9)
+    assert push.ahead < 0.0
+
+
+@pytest.mark.parametrize("motion", [(3.0, 0.0, 0.0), (3.0, 0.2, 0.0), (3.0, 0.0, 0.03)])
+def test_rudders_are_laid_so_that_they_give_the_moment_that_is_wanted(motion: tuple[float, float, float]) -> None:
+    """A drift or a turn gives the rudders a moment amidships already, which counts."""
+    for moment in (3e3, -3e3):
+        push, angle = DRIVE.push((0.0, moment), motion, 0.0, 1e3, (False, False))
+        assert abs(angle) < HARD_OVER
+        assert push.moment == pytest.approx(moment, rel=0.05)
 
 
 def test_lost_screw_leaves_half_the_pull_and_a_moment() -> None:

@@ -43,6 +43,20 @@ def test_drag_acts_in_the_middle_of_the_dry_side_and_on_the_relative_wind() -> N
     assert wrench(height=5.0)[0] == pytest.approx(HALF * 1.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("angles", [(0.4, 0.0, 0.0), (0.0, 0.5, 0.0), (0.7, -0.4, 1.1)])
+def test_a_heeled_and_pitched_box_shows_the_wind_the_sides_that_face_it(angles: tuple[float, float, float]) -> None:
+    """High above the water each face that looks to windward counts with its projected area, and acts in its middle."""
+    turn = Rotation.from_euler("xyz", angles)
+    outward = turn.apply(np.concatenate([np.eye(3), -np.eye(3)]))
+    middle = outward * np.tile([1.0, 0.5, 0.5], 2)[:, None]  # of the faces, from the box's middle
+    facing = np.maximum(0.0, -outward[:, 0]) * np.tile([1.0, 2.0, 2.0], 2)
+    force = np.array([HALF * facing.sum(), 0.0, 0.0])
+    moment = np.cross(facing @ middle / facing.sum(), force)
+    pose = np.array([5.0, -3.0, 10.0, *turn.as_quat()])
+    found = Windage(BOX, -0.25).wrench(pose, np.zeros(6), WIND)
+    assert found == pytest.approx([*force, *moment], rel=1e-9, abs=1e-9)
+
+
 def test_the_participant_gives_each_body_its_wrench_and_goes_on_from_its_state() -> None:
     wind = WindOnBodies({"box": Windage(BOX, -0.25)})
     wind.set("wind", WIND)

@@ -95,6 +95,17 @@ def test_decanting_keeps_room_for_oil_and_offloading_brings_the_skimmer_back() -
     assert account.oil > 2.5 * 2
 
 
+@pytest.mark.parametrize("duration", [0.5, 4.0])
+def test_water_is_let_out_at_the_rate_of_decanting_and_no_more_than_there_is(duration: float) -> None:
+    one = skimmer(decanting=20.0 / HOUR)
+    one.water_aboard = 0.05
+    one.begin(0.0, duration)
+    assert one.account.decanted == pytest.approx(duration * 20.0 / HOUR)
+    assert one.water_aboard == pytest.approx(0.05 - duration * 20.0 / HOUR)
+    one.begin(duration, 60.0)
+    assert (one.account.decanted, one.water_aboard) == pytest.approx((0.05, 0.0))
+
+
 def test_state_is_restored_and_a_stopped_skimmer_takes_nothing() -> None:
     one, other = skimmer(offload_time=50.0), skimmer(offload_time=50.0)
     one.take(one.wanted(10.0, 900.0, 0.5, 1.0), 1.0, 1.0)

@@ -62,6 +62,33 @@ def test_scores_are_of_the_common_time(pair: tuple[Path, Path], made_up: ModuleT
     assert len(found) == 3  # the first run knows no losses
 
 
+def test_scores_take_the_last_the_mean_the_largest_and_the_smallest_in_a_readers_units(
+    made_up: ModuleType, tmp_path: Path
+) -> None:
+    series = {
+        "main/oil_retained": [0.3, 0.1, 0.2],  # m3
+        "main/normal_speed_held": [0.1, 0.5144, 0.3],  # m/s
+        "main/skirt_angle": [0.1, 0.5, 0.2],  # rad
+        "main/effective_draft": [0.5, 0.3, 0.4],
+        "main/gap_ratio": [0.2, 0.4, 0.3],
+    }
+    with Recorder(tmp_path / "run.rrd") as recorder:
+        recorder.initialized(made_up.describe())
+        for index in range(3):
+            recorder.step_completed(
+                Frame(index=index, time=0.1 * index, scalars={name: values[index] for name, values in series.items()})
+            )
+    replay = Replay(tmp_path / "run.rrd")
+    found = {score.label.removeprefix("boom main: "): (score.unit, score.first) for score in scores(replay, replay)}
+    assert found == {
+        "oil held at the end": ("litres", pytest.approx(200.0)),
+        "largest held speed normal to the boom": ("kn", pytest.approx(1.0, rel=1e-4)),
+        "largest lean of the skirt": ("deg", pytest.approx(28.648, rel=1e-4)),
+        "smallest draft": ("m", pytest.approx(0.3)),
+        "gap ratio at the end": ("", pytest.approx(0.3)),
+    }
+
+
 def test_causes_are_named_with_their_boom_and_those_of_nothing_left_out(pair: tuple[Path, Path]) -> None:
     second = Replay(pair[1])
     found = {score.label: score.second for score in scores(second, second) if "leaning" in score.label}

@@ -81,3 +81,15 @@ def test_a_recorder_without_a_rate_records_no_surface(tmp_path: Path, made_up: M
     assert seas_at(Replay(tmp_path / "none.rrd"), [0]) == {}
     with pytest.raises(ValueError, match="surface_rate is -1"):
         Recorder(tmp_path / "none.rrd", surface_rate=-1.0)
+
+
+def test_films_change_their_colour_where_the_bonn_agreement_and_their_own_words_say() -> None:
+    limits = [0.04e-6, 0.3e-6, 5e-6, 50e-6, 200e-6]  # [m] Bonn Agreement Oil Appearance Code
+    limits += [1e-3 * float(words.removesuffix(" mm")) for _, words, *_ in palette.FILM if words.endswith(" mm")]
+    colors = {tuple(palette.film_colors(np.array([[0.0]]))[0, 0])}
+    for limit in sorted(set(np.round(limits, 9))):
+        (below, above) = palette.film_colors(np.array([0.99, 1.01])[:, None] * limit)[:, 0]
+        assert tuple(below) in colors
+        assert tuple(above) not in colors, limit
+        colors.add(tuple(above))
+    assert len(colors) == 1 + len(palette.FILM)

@@ -220,5 +220,6 @@ WAVE_FLUME = Case(
     ),
     panels=tuple(Panel(label, "drift [m/s]", f"height / depth, {label}") for label in DEPTHS_A_RADIAN),
     run=wave_flume,
-    note="a wave that loses amplitude leaves its momentum to a current near the surface, which grows as long as the waves go on.",
+    note="a wave that loses amplitude leaves its momentum to a current near the surface. The long wave drives more than that at any "
+    "spacing and step; why is not known.",
 )
