@@ -50,7 +50,7 @@ def _session(faults: list[Mutant], tests: list[str], cache: Path, seconds: float
         enter(cache, folder)
         arguments = [*QUIET, "--continue-on-collection-errors", *tests]
         code = pytest.main(arguments, plugins=[Loop(faults, seconds, folder, writing)])
-        os._exit(1 if code == pytest.ExitCode.INTERNAL_ERROR else 0)
+        os._exit(1 if code in (pytest.ExitCode.INTERNAL_ERROR, pytest.ExitCode.USAGE_ERROR) else 0)
     finally:
         os._exit(1)
 
