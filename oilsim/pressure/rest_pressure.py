@@ -59,8 +59,8 @@ def top_of_rest(height: Real, surface: NDArray[np.uint8], impulse: Real, spacing
 
 def rest_pressure(height: Real, top: float, spacing: float, kick: float) -> RestPressure:
     """Return the pressure of water at rest at `height` (N,) [m] below `top` [m]; spacing d [m], kick g dt [m/s]."""
-    fade, kick = np.float32(FADE * spacing), np.float32(SHARE * kick)
+    fade, slope = np.float32(FADE * spacing), np.float32(SHARE * kick)
     depth = np.maximum(np.float32(top) - height, np.float32(0.0))
     inside = np.minimum(depth, fade)
-    impulse = kick * (np.float32(0.5) / fade * inside * inside + (depth - inside))
-    return RestPressure(impulse, kick / fade * inside)
+    impulse = slope * (np.float32(0.5) / fade * inside * inside + (depth - inside))
+    return RestPressure(impulse, slope / fade * inside)
