@@ -32,7 +32,7 @@ BARE = 0.9
 # [1] share of the pressure of water at rest that acts by its slope; measured; the rest keeps particles in order: with 1, 0.8 and 0.5 water
 # about a floating box moves four times, twice and half as fast again as with none
 SHARE = 0.95
-# [d] b, over which the slope grows to its whole; measured; sums resolve it; with 1.5 a splash leaves windows worse
+# [d] b, over which the slope grows to its whole; measured; sums resolve it, and with 1.5 a splash leaves windows worse
 FADE = 2.0
 
 

@@ -150,10 +150,10 @@ def window_remarks(scenario: Scenario, sea: Sea) -> Iterator[str]:
 def _of_one(scenario: Scenario, window: WindowTable, sea: Sea, place: str) -> Iterator[str]:
     """Say what comes of one window, which is described at a `place` of the file."""
     settings = window.settings(scenario.fluid)
-    size, spacing = settings.whole_size, settings.spacing
+    size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(scenario, settings)
     yield (
         f"{place}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep, {settings.particle_count:,} particles of"
-        f" {spacing:.3g} m in {fluid_steps(scenario, settings)} steps a communication step; oil thinner than {spacing:.3g} m stays parcels"
+        f" {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step; oil thinner than {spacing:.3g} m stays parcels"
     )
     for name, boom in scenario.booms.items():
         if boom.skirt_depth < COARSE * spacing:

@@ -42,7 +42,7 @@ def test_live_is_as_fine_as_the_machine_is_fast() -> None:
 
 def test_check_tells_what_comes_of_it() -> None:
     told = "\n".join(estimate(sweep("window.size=[8.0, 8.0]", "window.depth=1.2")).told)
-    assert "window: 8 by 8 m, 1.25 m deep, 5,120 particles of 0.25 m in 2 steps" in told
+    assert "window: 8 by 8 m, 1.25 m deep, 5,120 particles of 0.25 m in 1 step a" in told
     assert "oil thinner than 0.25 m stays parcels" in told
     assert "smaller than the sea's waves of" in told
     assert "window.rim =" in told
