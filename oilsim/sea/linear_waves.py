@@ -21,6 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import ALLOCATING, inlined
+from oilsim.backend.thread_team import Team
 from oilsim.sea.vector_math import exponential, sine_cosine
 from oilsim.sea.wave_components import StillWater, WaveComponents
 
@@ -75,15 +76,15 @@ def sum_elevation(points, waves, phase, elevation):
 
 
 @njit(**ALLOCATING)
-def sum_linear(points, waves, phase, water, wheeler, field):
-    """Sum the linear wave field at `points` (N, 3) [m] into `field`, a WaveField.
+def sum_linear(begin, end, points, waves, phase, water, wheeler, field):
+    """Sum the linear wave field at those from begin to end of `points` (N, 3) [m] into `field`, a WaveField.
 
     waves: WaveComponents; phase (M,) [rad]; water: StillWater; wheeler: whether heights are stretched.
     """
-    count, h = points.shape[0], water.depth
+    h = water.depth
     block, angles = np.empty(ROWS * BLOCK), np.empty(2 * BLOCK * phase.shape[0])
-    for start in range(0, count, BLOCK):
-        size = min(BLOCK, count - start)
+    for start in range(begin, end, BLOCK):
+        size = min(BLOCK, end - start)
         block[:] = 0.0
         for i in range(size):
             block[X + i], block[Y + i] = points[start + i, 0], points[start + i, 1]
@@ -180,9 +181,13 @@ def _add_terms(block, i, speeds, wave):
 
 
 def linear_field(
-    points: Double, waves: WaveComponents, phase: Double, water: StillWater, *, wheeler: bool
+    points: Double, waves: WaveComponents, phase: Double, water: StillWater, *, wheeler: bool, team: Team | None = None
 ) -> WaveField:
-    """Evaluate linear waves at `points` (N, 3) [m] with the phases (M,) [rad] of one moment."""
+    """Evaluate linear waves at `points` (N, 3) [m] with the phases (M,) [rad] of one moment, on the threads of a team if there is one."""
     field = empty_field(len(points))
-    sum_linear(points, waves, phase, water, wheeler, field)
+    arguments = points, waves, phase, water, wheeler, field
+    if team is None:
+        sum_linear(0, len(points), *arguments)
+    else:
+        team.run(sum_linear, len(points), *arguments)
     return field

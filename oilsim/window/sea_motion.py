@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.backend.thread_team import Team
 from oilsim.sea import Sea
 from oilsim.sea.linear_waves import linear_field
 from oilsim.sea.wave_components import WaveComponents
@@ -32,8 +33,9 @@ STEP = 1e-3
 class SeaMotion:
     """Places at rest and in the moving sea. Points are (N, 3) [m], z up, time in s since the start of the run."""
 
-    def __init__(self, sea: Sea) -> None:
-        self.sea = sea
+    def __init__(self, sea: Sea, team: Team | None = None) -> None:
+        """Follow a sea; the threads of a `team` share the work of many points."""
+        self.sea, self._team = sea, team
         waves = sea.components
         # of this wave the acceleration is minus the displacement of the other
         self._integrated = waves._replace(amplitude=waves.amplitude / np.maximum(waves.frequency, 1e-12) ** 2)
@@ -93,5 +95,5 @@ class SeaMotion:
         # a sheared current carries waves by a share of what carries the places at rest
         still = own._replace(share=own.share - 1.0).phase_at(time, self.travel(time)[:2])
         points = np.require(rest.reshape(-1, 3), np.float64, requirements=["C", "W"])
-        field = linear_field(points, waves, still, self.sea.description.water, wheeler=False)
+        field = linear_field(points, waves, still, self.sea.description.water, wheeler=False, team=self._team)
         return field.velocity, field.acceleration

@@ -40,7 +40,7 @@ class Window:
         self, settings: WindowSettings, sea: Sea, phases: tuple[Phase, ...], threads: int | None = None, number: int = 0
     ) -> None:
         """Fill the window with the first phase, at rest; `number` tells it from the other windows of a run, by the ids of its particles."""
-        self.settings, self.motion, self.number = settings, SeaMotion(sea), number
+        self.settings, self.number = settings, number
         spacing, dimension = settings.spacing, settings.dimension
         level, gravity = sea.description.level, sea.description.gravity
         along = (0, 1) if dimension == 3 else (0,)
@@ -63,6 +63,7 @@ class Window:
             **(dict(settings.solver) | {"maximum_time_step": settings.longest_time_step(gravity)}),
         )
         self.fluid = Fluid(config, threads)
+        self.motion = SeaMotion(sea, self.fluid.tools.team)
         self.fluid.state.next_id = number * IDS
         walls = tank_walls(lower, upper, spacing, sides=("-z",), periodic=config.periodic, dimension=dimension)
         self.fluid.add_boundary(walls)
