@@ -51,6 +51,13 @@ def swing_time_step(spacing: float, dimension: int, head: float) -> float:
     return STABLE * 2.0 * spacing / math.sqrt(lattice_stiffness(dimension) * head) if head > 0.0 else math.inf
 
 
+def swing_head(spacing: float, dimension: int, time_step: float) -> float:
+    """Return the pressure over density [m2/s2] under which particles swing stably in steps of `time_step` [s]; spacing d [m]."""
+    from oilsim.neighborhood.smoothing_kernels import lattice_stiffness
+
+    return (STABLE * 2.0 * spacing / time_step) ** 2 / lattice_stiffness(dimension)
+
+
 class SolverSettings(Protocol):
     """Settings of a fluid that must agree, in a `FluidConfig` or in an object of another package."""
 

@@ -4,7 +4,7 @@ A sum over disordered neighbours is no exact gradient. Its error is proportional
 places, the faster the deeper, which bounds the step (`time_step`). Below every free surface most of the pressure is known, that of water
 at rest,
 
-    q = SHARE g dt f(s),   f = s^2 / 2b for 0 < s < b,  s - b / 2 beyond,   s = top - z,
+    q = share g dt f(s),   f = s^2 / 2b for 0 < s < b,  s - b / 2 beyond,   s = top - z,
 
 whose `top` is the height of the deepest particle that lies at a free surface and is not pressed. The sums see what differs from it, and its
 slope is that of the formula:
@@ -12,9 +12,10 @@ slope is that of the formula:
     v -= dt (rho_ref / rho_0) [ H (kappa - q) + grad q ].
 
 H q and grad q agree within the error of the sums, so pressures and loads are those of the full sums. Bodies feel the sums of the whole
-pressure. The swings that q would cause are gone; what is left of the pressure keeps particles in order. The idea is that of well-balanced
-schemes for shallow water and for the atmosphere (Audusse et al. 2004; Botta et al. 2004), which hold a still state exactly. Momentum is
-kept within the error of the sums: their pairs are antisymmetric, and the slope is that of a formula.
+pressure. The swings that q would cause are gone. What is left of the pressure keeps particles in order, beside walls and bodies above all.
+So the share is what the step needs, at most SHARE, and none in short steps. The idea is that of well-balanced schemes for shallow water
+and for the atmosphere (Audusse et al. 2004; Botta et al. 2004), which hold a still state exactly. Momentum is kept within the error of the
+sums: their pairs are antisymmetric, and the slope is that of a formula.
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ Real = NDArray[np.float32]
 # [d] of water whose weight presses a particle at a free surface at most; numerical; half of it presses the uppermost layer, and disorder
 # deep inside, which looks like a surface, is pressed by more
 BARE = 0.9
-# [1] share of the pressure of water at rest that acts by its slope; measured; the rest keeps particles in order: with 1, 0.8 and 0.5 water
-# about a floating box moves four times, twice and half as fast again as with none
+# [1] share of the pressure of water at rest that acts by its slope, at most; measured; the rest keeps particles in order: with 1, 0.8 and
+# 0.5 water about a floating box moves four times, twice and half as fast again as with none
 SHARE = 0.95
 # [d] b, over which the slope grows to its whole; measured; sums resolve it, and with 1.5 a splash leaves windows worse
 FADE = 2.0
@@ -57,9 +58,17 @@ def top_of_rest(height: Real, surface: NDArray[np.uint8], impulse: Real, spacing
     return float(height[bare].min()) if bare.any() else -np.inf
 
 
-def rest_pressure(height: Real, top: float, spacing: float, kick: float) -> RestPressure:
-    """Return the pressure of water at rest at `height` (N,) [m] below `top` [m]; spacing d [m], kick g dt [m/s]."""
-    fade, slope = np.float32(FADE * spacing), np.float32(SHARE * kick)
+def needed_share(head: float, rest_head: float, allowed: float) -> float:
+    """Return the share [1] that must act by its slope for the sums to see no more than the head `allowed`, at most SHARE.
+
+    head: the highest pressure over density; rest_head: that of water at rest, by the whole of f, at the deepest particle; all [m2/s2].
+    """
+    return min(max(0.0, head - allowed) / rest_head, SHARE) if rest_head > 0.0 else 0.0
+
+
+def rest_pressure(height: Real, top: float, spacing: float, kick: float, share: float = SHARE) -> RestPressure:
+    """Return the pressure of water at rest at `height` (N,) [m] below `top` [m]; spacing d [m], kick g dt [m/s], share [1] of it."""
+    fade, slope = np.float32(FADE * spacing), np.float32(share * kick)
     depth = np.maximum(np.float32(top) - height, np.float32(0.0))
     inside = np.minimum(depth, fade)
     impulse = slope * (np.float32(0.5) / fade * inside * inside + (depth - inside))

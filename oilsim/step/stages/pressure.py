@@ -7,10 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.config import swing_head
 from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackScales, add_density_feedback
 from oilsim.neighborhood.neighbor_search import indices
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver, Pressures
-from oilsim.pressure.rest_pressure import RestPressure, rest_pressure, top_of_rest
+from oilsim.pressure.rest_pressure import RestPressure, needed_share, rest_pressure, top_of_rest
 from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
 from oilsim.state import Confinement, FluidState
 from oilsim.step.pressure_operator import PressureOperator, with_neighbors
@@ -40,14 +41,23 @@ def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState,
 
 
 def _rest(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> RestPressure | None:
-    """Return the pressure of water at rest of all particles that are listed, in a well-balanced liquid with a surface; None in others."""
+    """Return the part of the pressure that acts by its slope, of all particles that are listed; None where this step needs none.
+
+    Only a well-balanced liquid with a free surface has it.
+    """
     config = tools.config
-    if not config.well_balanced:
+    if not config.well_balanced or state.awake == 0:
         return None
     height, moving = state.position[2, : state.listed], slice(0, state.awake)
     scales = config.particle_spacing, -config.gravity[2] * time_step
     state.rest_top = top_of_rest(height[moving], arrays.surface[moving], state.pressure_impulse[moving], *scales)
-    return rest_pressure(height, state.rest_top, *scales) if state.rest_top > -math.inf else None
+    if not height.min() < state.rest_top:
+        return None
+    deepest = rest_pressure(height[moving].min(keepdims=True), state.rest_top, *scales, 1.0).impulse
+    highest = float(state.pressure_impulse[moving].max()) / time_step
+    allowed = swing_head(config.particle_spacing, config.dimension, time_step)
+    share = needed_share(highest, float(deepest[0]) / time_step, allowed)
+    return rest_pressure(height, state.rest_top, *scales, share) if share > 0.0 else None
 
 
 def project_velocity(

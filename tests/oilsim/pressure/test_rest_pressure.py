@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim.config import swing_head, swing_time_step
 from oilsim.gradients.free_surface import FreeSurface
 from oilsim.initial_conditions import block
-from oilsim.pressure.rest_pressure import FADE, SHARE, rest_pressure, top_of_rest
+from oilsim.pressure.rest_pressure import FADE, SHARE, needed_share, rest_pressure, top_of_rest
 from oilsim.step.pressure_operator import PressureOperator
 from tests.oilsim.conftest import disturbed, prepare
 
@@ -25,6 +26,14 @@ def test_the_slope_is_the_derivative() -> None:
     deep = height < -FADE * spacing
     np.testing.assert_allclose(here.slope[deep], SHARE * KICK, rtol=1e-6)
     np.testing.assert_allclose(here.impulse[deep], SHARE * KICK * (-height[deep] - 0.5 * FADE * spacing), rtol=1e-5)
+
+
+def test_the_share_is_what_the_step_needs() -> None:
+    assert needed_share(10.0, 8.0, 12.0) == 0.0
+    assert needed_share(10.0, 8.0, 6.0) == pytest.approx(0.5)
+    assert needed_share(10.0, 8.0, 1.0) == SHARE
+    assert needed_share(10.0, 0.0, 1.0) == 0.0
+    assert swing_time_step(0.1, 3, swing_head(0.1, 3, 0.05)) == pytest.approx(0.05)
 
 
 def test_the_top_lies_below_every_free_surface() -> None:
