@@ -132,7 +132,7 @@ class FluidConfig:
     maximum_time_step      [s]; None (default): `longest_time_step` takes it from the spacing, 10 ms at 5 cm, 20 ms at 20 cm
     cfl                    lambda of Eq. 30
     sleep_speed            speed [m/s] below which whole regions fall asleep (`sleeping_regions`); 0: none ever does
-    well_balanced          most of the pressure of water at rest acts by its own slope (`rest_pressure`): deep water takes long steps
+    well_balanced          part of the pressure of water at rest acts by its own slope (`rest_pressure`): deep water takes long steps
     sleep_margin           [supports] of still water at least that stay awake between sleeping and moving water, and width of a region
     """
 

@@ -90,7 +90,7 @@ class PhaseSettings(Section):
     adhesion           [J/m2] work of adhesion to walls and bodies; with 0 the liquid does not stick
     interfacial_tension  [N/m] of an oil on water, by which booms lose droplets; without it, a named oil has that of the library, if it was
                        measured, else 0.020 is assumed, and the run says so. Between particles it acts with `fluid.interfacial_tension`.
-                       Of air on water; without it, 0.0728
+                       Air has that on water, 0.0728 if it is left out
     role               how the scores count it; the default is oil if it is a named oil or lighter than 990 kg/m3. "air" fills the rest of a
                        closed tank, so that drops, bubbles and fronts have surface tension
     color              red, green, blue, opacity, each 0 to 255
