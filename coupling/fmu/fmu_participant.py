@@ -82,7 +82,7 @@ class FmuParticipant:
             self._numbers(key, start)
             if not np.isfinite(start).all():
                 raise ValueError(f"{name!r}: {key!r} is {start[~np.isfinite(start)][0]:g}, allowed: finite numbers")
-        self._folder: tempfile.TemporaryDirectory[str] | None = None  # goes with this object at the latest
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._fmu: FMU2Slave | FMU3Slave | None = None
         self._is_initialized = False
         self._held: list[tuple[weakref.ref[_Held], object]] = []  # states, with what the FMU holds of each
@@ -165,6 +165,7 @@ class FmuParticipant:
         """Create a new instance, unpacked into a folder of its own."""
         description = self._description
         self._folder = temporary_folder("fmu")
+        weakref.finalize(self, self._folder.cleanup)  # of a participant that nobody has ended
         fmpy.extract(str(self._path), self._folder.name)
         kind = FMU2Slave if description.fmiVersion.startswith("2") else FMU3Slave
         with chdir(Path.cwd()):  # FMPy goes to the binary's folder, and stays there if it cannot load it

@@ -6,6 +6,7 @@ What the child says is trusted as far as the FMU is, whose binary could do in th
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 import select
@@ -68,7 +69,6 @@ class IsolatedFmu:
         self._step_size: float | None = None
         self._patience = step_patience
         self._child: subprocess.Popen[bytes] | None = None
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._dropped: list[int] = []  # states that nobody can restore any more
         self.name = name
         self.variables: Mapping[str, Variable] = self._here.variables
@@ -140,15 +140,15 @@ class IsolatedFmu:
             self._end()
 
     def _start(self) -> None:
-        self._folder = temporary_folder("fmu")
+        folder = temporary_folder("fmu")
         self._child = subprocess.Popen(
             module_command(__name__),
-            env=module_environment() | _ONE_THREAD | {"TMPDIR": self._folder.name},
+            env=module_environment() | _ONE_THREAD | {"TMPDIR": folder.name},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,  # Ctrl-C is for the run
         )
-        self._release = weakref.finalize(self, _kill, self._child)
+        self._release = weakref.finalize(self, _release, self._child, folder)
         self._say((self._arguments, self._step_size))
 
     def _ask(self, verb: str, *arguments: object, patience: float | None = None) -> Any:
@@ -199,28 +199,27 @@ class IsolatedFmu:
     def _end(self) -> None:
         """Let the process end by itself if it does so at once, and remove what it has unpacked."""
         child, self._child = self._child, None
-        if child is not None:
-            for pipe in (child.stdin, child.stdout):
-                if pipe is not None:
-                    _close(pipe)
-            try:
-                child.wait(GRACE if child.poll() is None and not STOPPING.is_set() else 0.1)
-            except subprocess.TimeoutExpired:
-                self._release()
-        if self._folder is not None:
-            self._folder.cleanup()
+        if child is None:
+            return
+        _close_pipes(child)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            child.wait(GRACE if child.poll() is None and not STOPPING.is_set() else 0.1)
+        self._release()
 
 
-def _close(pipe: IO[bytes]) -> None:
-    try:
-        pipe.close()
-    except BrokenPipeError:
-        return
+def _close_pipes(child: subprocess.Popen[bytes]) -> None:
+    for pipe in (child.stdin, child.stdout):
+        if pipe is not None:
+            with contextlib.suppress(BrokenPipeError):
+                pipe.close()
 
 
-def _kill(child: subprocess.Popen[bytes]) -> None:
+def _release(child: subprocess.Popen[bytes], folder: tempfile.TemporaryDirectory[str]) -> None:
+    """Leave nothing of an FMU's process: also of one that nobody has ended."""
     child.kill()
     child.wait()
+    _close_pipes(child)
+    folder.cleanup()
 
 
 Fmu = IsolatedFmu | FmuParticipant

@@ -418,7 +418,7 @@ def test_loss_over_speed_tells_modelled_from_resolved_and_adds_up(tmp_path: Path
 
 
 @pytest.mark.parametrize("free", [0.010, pytest.param(0.0, marks=pytest.mark.slow)])
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error", "default::ResourceWarning")  # which the collector may bring from elsewhere
 def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(free: float, tmp_path: Path) -> None:
     nothing = {"oil_retained": 0.0, "oil_lost": 0.0, "oil_lost/drainage": 0.0, "oil_free": free}
     page = write_debrief(write_exercise(tmp_path / "dry.rrd", lambda index: nothing), tmp_path / "out").read_text(

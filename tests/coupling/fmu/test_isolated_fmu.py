@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import os
 import tempfile
 import threading
 import time
@@ -14,7 +16,7 @@ import pytest
 from coupling.errors import CoSimulationError
 from coupling.fmu.export import FmuContent, export_fmu
 from coupling.fmu.fmu_participant import FmuParticipant
-from coupling.fmu.isolated_fmu import IsolatedFmu
+from coupling.fmu.isolated_fmu import Fmu, IsolatedFmu
 from coupling.fmu.scalar_model import MODEL_FILE
 from coupling.fmu.trial_process import STOPPING
 from coupling.master.co_simulation import CoSimulation
@@ -129,3 +131,24 @@ def test_a_stop_is_heeded_while_an_fmu_hangs(built: Callable[[str], Path]) -> No
         run.step()
     assert time.monotonic() - begun < 30.0
     timer.cancel()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("kind", [IsolatedFmu, FmuParticipant])
+def test_one_that_nobody_has_ended_leaves_nothing(built: Callable[[str], Path], kind: type[Fmu]) -> None:
+    """Its process, pipes and unpacked files go with it, without a warning."""
+    path = built("none")
+    opened = len(os.listdir("/proc/self/fd"))
+    one = kind("dropped", path)
+    one.enter_initialization_mode(0.0)
+    assert list(Path(tempfile.gettempdir()).iterdir())
+    process = one.process_id if isinstance(one, IsolatedFmu) else None
+    held: list[object] = [one]
+    held.append(held)  # a cycle, so that the collector finds it
+    del one, held
+    gc.collect()
+    assert not list(Path(tempfile.gettempdir()).iterdir())
+    if process is not None:
+        assert len(os.listdir("/proc/self/fd")) == opened
+        with pytest.raises(ProcessLookupError):
+            os.kill(process, 0)
