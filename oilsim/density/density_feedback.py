@@ -87,6 +87,16 @@ def surface_table(spacing: float, dimension: int) -> SurfaceTable:
     return SurfaceTable(np.stack([least, most]).astype(np.float32), np.float32(per_slope * spacing))
 
 
+@lru_cache
+def depth_table(spacing: float, dimension: int):
+    distance = np.linspace(0.0, SUPPORT, 256)
+    slope = np.array([plane_integral(float(s), dimension) for s in distance])
+    missing = np.concatenate([np.cumsum((0.5 * (slope[1:] + slope[:-1]) * np.diff(distance))[::-1])[::-1], [0.0]])
+    ratio = (slope / (1.0 - missing))[::-1]
+    steps = np.linspace(0.0, ratio[-1], ENTRIES)
+    return np.interp(steps, ratio, distance[::-1]).astype(np.float32), np.float32((ENTRIES - 1) / float(ratio[-1]) * spacing), np.float32(spacing)
+
+
 def _lattice_layer(depth: int, dimension: int) -> tuple[float, float]:
     """Return |g| d / (1 + e) and 1 + e of a particle on a lattice, `depth` layers below those at the free surface."""
     points = lattice(1.0, dimension)

@@ -14,12 +14,14 @@ has its own, because a body must receive exactly the vectors that are cached, ea
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
 from oilsim.backend.float32 import ONE, ZERO
 from oilsim.backend.jit import FAST, inlined
-from oilsim.backend.simd import LANES, below, gather_four, load, only, root, spread, summed
+from oilsim.backend.simd import LANES, below, gather_four, load, only, positive, root, spread, summed
 from oilsim.gradients.flow import GRADIENT, set_velocity_gradient
 from oilsim.gradients.gradient_correction import fill_correction
 from oilsim.gradients.symmetric_3x3 import determinant, inverse
@@ -95,6 +97,7 @@ def sum_over_walls(i, hood, scale):
     """
     wall, period, walls, sigma = hood.wall_points, hood.period, hood.walls, hood.sigma
     inverse_support = ONE / hood.support
+    ex, ey, ez, ew = hood.edge[i, 0], hood.edge[i, 1], hood.edge[i, 2], hood.edge[i, 3]
     coverage = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
@@ -102,7 +105,8 @@ def sum_over_walls(i, hood, scale):
         b = load(walls.neighbor, k, present)
         dx, dy, dz, volume = separations(i, hood.points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        share = only(present, volume, ZERO)
+        wet = dx * ex + dy * ey + dz * ez + ew
+        share = only(present, volume, ZERO) * (positive(wet) - positive(wet - ONE))
         coverage += share * kernel(q, sigma)
         slope = scale * share * kernel_slope_over_q(q, sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
@@ -128,8 +132,28 @@ def coverage_and_slope(i, hood):
     return coverage, (factor * gx, factor * gy, factor * gz)
 
 
+@inlined
+def find_edge(i, hood, content, slope, push, depths):
+    table, per_slope, spacing = depths
+    square = push[0] * push[0] + push[1] * push[1] + push[2] * push[2] + np.float32(1e-12)
+    along = (slope[0] * push[0] + slope[1] * push[1] + slope[2] * push[2]) / square
+    tx, ty, tz = slope[0] - along * push[0], slope[1] - along * push[1], slope[2] - along * push[2]
+    length = np.float32(math.sqrt(tx * tx + ty * ty + tz * tz))
+    place = per_slope * length / content
+    if place < np.float32(0.02):
+        return False
+    entry = np.int64(place)
+    depth = ZERO
+    if entry < table.size - 1:
+        depth = table[entry] + (place - np.float32(entry)) * (table[entry + 1] - table[entry])
+    scale = -ONE / (length * spacing)
+    hood.edge[i, 0], hood.edge[i, 1], hood.edge[i, 2] = tx * scale, ty * scale, tz * scale
+    hood.edge[i, 3] = depth + np.float32(0.5)
+    return True
+
+
 @njit(**FAST)
-def sum_over_neighbors(begin, end, hood, plane, shares, compression, gradient_sum, flow, matrix):
+def sum_over_neighbors(begin, end, hood, plane, shares, depths, compression, gradient_sum, flow, matrix):
     """Fill compression, gradient sum, velocity gradient and correction matrix of the particles begin to end.
 
     hood                     the `Neighborhood`
@@ -154,6 +178,9 @@ def sum_over_neighbors(begin, end, hood, plane, shares, compression, gradient_su
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
         if hood.walls.number[i] > 0:
             solid, push, more = sum_over_walls(i, hood, scale)
+            if depths is not None:
+                if find_edge(i, hood, hood.volume * (hood.sigma + content), slope, push, depths):
+                    solid, push, more = sum_over_walls(i, hood, scale)
         compression[i] = hood.volume * (hood.sigma + content) + solid - ONE
         for axis in range(3):
             gradient_sum[axis, i] = slope[axis] + push[axis]

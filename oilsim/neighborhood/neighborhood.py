@@ -23,6 +23,7 @@ class Neighborhood(NamedTuple):
 
     points: NDArray[np.float32]
     wall_points: NDArray[np.float32]
+    edge: NDArray[np.float32]
     period: tuple[np.float32, np.float32, np.float32] | None
     fluid: Pairs
     walls: Pairs

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from oilsim.backend.float32 import ONE, TWO, ZERO
 from oilsim.backend.jit import FAST, inlined
-from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
+from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, positive, root, rounded, spread, store, summed
 from oilsim.backend.thread_team import BLOCK
 from oilsim.gradients.gradient_correction import mean_correction_at_walls, times_mean_correction, times_symmetric
 from oilsim.neighborhood.neighbor_search import rows, separations
@@ -131,13 +131,15 @@ def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
     if matrix is not None:
         correction = mean_correction_at_walls(matrix, i, lattice_moment)
     wx = wy = wz = cover = spread(ZERO)
+    ex, ey, ez, ew = hood.edge[i, 0], hood.edge[i, 1], hood.edge[i, 2], hood.edge[i, 3]
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
         dx, dy, dz, volume = separations(i, hood.points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        content = only(present, volume, ZERO)
+        wet = dx * ex + dy * ey + dz * ez + ew
+        content = only(present, volume, ZERO) * (positive(wet) - positive(wet - ONE))
         cover += content * kernel(q, hood.sigma)
         slope = factor * content * kernel_slope_over_q(q, hood.sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz

@@ -159,7 +159,7 @@ def fill_wall_pressure(i, hood, vectors, sums, constants, by_body, wall_pressure
     )
     own = symmetric(liquid, ONE if constants.plane else ZERO)
     spanned = spanned_share(own)
-    covered = ONE if by_body[i] else covered_share(own, symmetric(solid, ZERO))
+    covered = ONE
     gain = extrapolation_matrix(spanned * covered, own)
     if lever is not None and by_body[i]:
         for entry in range(6):

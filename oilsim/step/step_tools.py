@@ -17,7 +17,7 @@ from oilsim.boundaries.boundary_particles import wall_coverage
 from oilsim.boundaries.wall_contact import DISTANCES, NEAREST, PLACES, drop_share
 from oilsim.boundaries.walls import Walls
 from oilsim.config import FluidConfig
-from oilsim.density.density_feedback import surface_table
+from oilsim.density.density_feedback import surface_table, depth_table
 from oilsim.density.particle_shifting import SETTLING, shift_balance
 from oilsim.gradients.gradient_correction import exact_share, largest_stretch
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit
@@ -80,6 +80,7 @@ class StepConstants:
         self.wall_weight = np.float32(2.0 if self.corrected else 1.0)
         self.shift_balance = np.float32(shift_balance(dimension))
         self.surface_table = surface_table(d, dimension)
+        self.depth_table = depth_table(d, dimension) if self.corrected else None
         self.pressure = PressureConstants(self.moment, self.wall_weight, self.plane, self.gravity)
         self.densities: Double = np.array([phase.rest_density for phase in config.phases])
         self.reference_density = float(self.densities[0])
@@ -144,9 +145,12 @@ class StepTools:
     def neighborhood(self, count: int, fluid: Pairs, walls: Pairs) -> Neighborhood:
         """Make a neighbourhood of `count` particles, whose places are still undefined, with these lists of neighbours."""
         constants, points = self.constants, np.empty((count, 4), np.float32)
+        edge = np.zeros((count, 4), np.float32)
+        edge[:, 3] = 1.0
         return Neighborhood(
             points,
             self.walls.points,
+            edge,
             constants.period,
             fluid,
             walls,

@@ -109,7 +109,7 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase))
     run(
-        sum_over_neighbors, state.listed, hood, constants.plane, shares, arrays.compression, arrays.gradient_sum, arrays.flow,
+        sum_over_neighbors, state.listed, hood, constants.plane, shares, constants.depth_table, arrays.compression, arrays.gradient_sum, arrays.flow,
         arrays.matrix,
     )  # fmt: skip
     if tools.budget is not None:
