@@ -31,6 +31,7 @@ from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 # [1] determinant of the fluid's moment from which a velocity gradient is taken; theory; neighbours that fill an eighth of space, as in a
 # corner of three walls, have 1 / 8^3
 REGULAR = np.float32(0.01)
+ROUNDS = 2
 
 
 @inlined
@@ -133,21 +134,21 @@ def coverage_and_slope(i, hood):
 
 
 @inlined
-def find_edge(i, hood, content, slope, push, depths):
+def set_edge(i, hood, content, gx, gy, gz, depths):
+    """Put the plane of the free surface near particle i, or none; returns whether there is one."""
     table, per_slope, spacing = depths
-    square = push[0] * push[0] + push[1] * push[1] + push[2] * push[2] + np.float32(1e-12)
-    along = (slope[0] * push[0] + slope[1] * push[1] + slope[2] * push[2]) / square
-    tx, ty, tz = slope[0] - along * push[0], slope[1] - along * push[1], slope[2] - along * push[2]
-    length = np.float32(math.sqrt(tx * tx + ty * ty + tz * tz))
+    length = np.float32(math.sqrt(gx * gx + gy * gy + gz * gz))
     place = per_slope * length / content
-    if place < np.float32(0.02):
+    if length * spacing < np.float32(0.02):
+        hood.edge[i, 0] = hood.edge[i, 1] = hood.edge[i, 2] = ZERO
+        hood.edge[i, 3] = ONE
         return False
     entry = np.int64(place)
     depth = ZERO
     if entry < table.size - 1:
         depth = table[entry] + (place - np.float32(entry)) * (table[entry + 1] - table[entry])
     scale = -ONE / (length * spacing)
-    hood.edge[i, 0], hood.edge[i, 1], hood.edge[i, 2] = tx * scale, ty * scale, tz * scale
+    hood.edge[i, 0], hood.edge[i, 1], hood.edge[i, 2] = gx * scale, gy * scale, gz * scale
     hood.edge[i, 3] = depth + np.float32(0.5)
     return True
 
@@ -179,7 +180,14 @@ def sum_over_neighbors(begin, end, hood, plane, shares, depths, compression, gra
         if hood.walls.number[i] > 0:
             solid, push, more = sum_over_walls(i, hood, scale)
             if depths is not None:
-                if find_edge(i, hood, hood.volume * (hood.sigma + content), slope, push, depths):
+                own = hood.volume * (hood.sigma + content)
+                square = push[0] * push[0] + push[1] * push[1] + push[2] * push[2] + np.float32(1e-12)
+                along = (slope[0] * push[0] + slope[1] * push[1] + slope[2] * push[2]) / square
+                tx, ty, tz = slope[0] - along * push[0], slope[1] - along * push[1], slope[2] - along * push[2]
+                if set_edge(i, hood, own, tx, ty, tz, depths):
+                    for _ in range(ROUNDS):
+                        solid, push, more = sum_over_walls(i, hood, scale)
+                        set_edge(i, hood, own + solid, slope[0] + push[0], slope[1] + push[1], slope[2] + push[2], depths)
                     solid, push, more = sum_over_walls(i, hood, scale)
         compression[i] = hood.volume * (hood.sigma + content) + solid - ONE
         for axis in range(3):
