@@ -216,7 +216,8 @@ def linear(flow, i, axis, theirs, dx, dy, dz):
 def push_beside_wall(px, py, pz, own, coverage, slope, touching):
     """Return the push (px, py, pz) [m] with the walls' part 2 L_i sum_b V_b grad W_ib, without what leads further into a touched wall.
 
-    own: L_i [m2]; coverage: sum_b V_b W_ib [1]; slope: sum_b V_b grad W_ib [1/m] (3); touching: coverage at a flat wall's surface [1].
+    own: L_i [m2]; coverage: that by the whole wall [1]; slope: sum_b V_b grad W_ib [1/m] (3); touching: coverage at a flat wall's surface
+    [1].
     Walls answer by the multiplier of the particle. It draws a particle with too few neighbours to the wall, while the particles behind
     push.
     """
@@ -279,8 +280,8 @@ def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
         to_y = inertia * push[1, i] + weight * summed(py)
         to_z = inertia * push[2, i] + weight * summed(pz)
         if hood.walls.number[i] > 0:
-            coverage, towards = coverage_and_slope(i, hood)
-            to_x, to_y, to_z = push_beside_wall(to_x, to_y, to_z, own, coverage, towards, touching)
+            _, towards, reach = coverage_and_slope(i, hood)
+            to_x, to_y, to_z = push_beside_wall(to_x, to_y, to_z, own, reach, towards, touching)
         push[0, i], push[1, i], push[2, i] = to_x, to_y, to_z
         if first:
             shift[0, i], shift[1, i], shift[2, i] = weight * summed(ox), weight * summed(oy), weight * summed(oz)

@@ -8,30 +8,29 @@
 j runs over fluid neighbours and b over wall neighbours, x_ij = x_j - x_i, and L_i is the inverse of the fluid's part of M_i (kernel
 gradient correction, Bonet and Lok 1999). Walls have no velocity to differ from, so G takes fluid neighbours alone.
 
-Density, relaxation and these sums share one sum over wall neighbours, `sum_over_walls`. `pressure_gradient.cache_wall_gradients`
-has its own, because a body must receive exactly the vectors that are cached, each corrected and summed in the same order.
+Of a wall, sums take what is wet (`wet_walls`), and only distances from it take all. Density, relaxation and these sums share one sum
+over wall neighbours, `sum_over_walls`. `pressure_gradient.cache_wall_gradients` has its own, because a body must receive exactly the
+vectors that are cached, each corrected and summed in the same order.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 from numba import njit
 
 from oilsim.backend.float32 import ONE, ZERO
 from oilsim.backend.jit import FAST, inlined
-from oilsim.backend.simd import LANES, below, gather_four, load, only, positive, root, spread, summed
+from oilsim.backend.simd import LANES, below, gather_four, load, only, root, spread, summed
 from oilsim.gradients.flow import GRADIENT, set_velocity_gradient
 from oilsim.gradients.gradient_correction import fill_correction
 from oilsim.gradients.symmetric_3x3 import determinant, inverse
+from oilsim.gradients.wet_walls import ROUNDS, along_wall, place_plane, wet_share
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
 # [1] determinant of the fluid's moment from which a velocity gradient is taken; theory; neighbours that fill an eighth of space, as in a
 # corner of three walls, have 1 / 8^3
 REGULAR = np.float32(0.01)
-ROUNDS = 2
 
 
 @inlined
@@ -90,25 +89,27 @@ def sum_over_fluid(i, hood, flow):
 
 @inlined
 def sum_over_walls(i, hood, scale):
-    """Sum over the wall neighbours b of particle i: coverage, slope and moments.
+    """Sum over the wet wall neighbours b of particle i: coverage, slope and moments.
 
     Returns the coverage sum_b V_b W_ib [1], and times scale H^2 the slope sum_b V_b grad W_ib [1/m] (3) and the moment
-    sum_b V_b grad W_ib x_ib^T [1] (6); scale: 1 / H^2 [1/m2], or 1 where the sums are scaled afterwards. The compiler removes what a caller
-    does not use.
+    sum_b V_b grad W_ib x_ib^T [1] (6), and at last the coverage by the whole wall [1], which tells the distance from it. V_b is that of
+    what is wet. scale: 1 / H^2 [1/m2], or 1 where the sums are scaled afterwards. The compiler removes what a caller does not use.
     """
     wall, period, walls, sigma = hood.wall_points, hood.period, hood.walls, hood.sigma
-    inverse_support = ONE / hood.support
-    ex, ey, ez, ew = hood.edge[i, 0], hood.edge[i, 1], hood.edge[i, 2], hood.edge[i, 3]
-    coverage = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
+    inverse_support, plane = ONE / hood.support, hood.surface_planes[i]
+    coverage = reach = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
         dx, dy, dz, volume = separations(i, hood.points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        wet = dx * ex + dy * ey + dz * ez + ew
-        share = only(present, volume, ZERO) * (positive(wet) - positive(wet - ONE))
-        coverage += share * kernel(q, sigma)
+        share = only(present, volume, ZERO)
+        part = share * kernel(q, sigma)
+        reach += part
+        wet = wet_share(plane, dx, dy, dz)
+        coverage += wet * part
+        share *= wet
         slope = scale * share * kernel_slope_over_q(q, sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
         gx += ax
@@ -121,45 +122,46 @@ def sum_over_walls(i, hood, scale):
         myz -= ay * dz
         mzz -= az * dz
     moment = summed(mxx), summed(mxy), summed(mxz), summed(myy), summed(myz), summed(mzz)
-    return summed(coverage), (summed(gx), summed(gy), summed(gz)), moment
+    return summed(coverage), (summed(gx), summed(gy), summed(gz)), moment, summed(reach)
 
 
 @inlined
 def coverage_and_slope(i, hood):
-    """Return the coverage sum_b V_b W_ib [1] and the slope sum_b V_b grad W_ib [1/m] (3) of particle i; hood: `Neighborhood`."""
+    """Return the sums of particle i over wet walls, and the coverage by the whole walls; hood: `Neighborhood`.
+
+    These are sum_b V_b W_ib [1], sum_b V_b grad W_ib [1/m] (3), and the whole coverage [1].
+    """
     inverse_support = ONE / hood.support
-    coverage, (gx, gy, gz), _ = sum_over_walls(i, hood, ONE)
+    coverage, (gx, gy, gz), _, reach = sum_over_walls(i, hood, ONE)
     factor = inverse_support * inverse_support
-    return coverage, (factor * gx, factor * gy, factor * gz)
+    return coverage, (factor * gx, factor * gy, factor * gz), reach
 
 
 @inlined
-def set_edge(i, hood, content, gx, gy, gz, depths):
-    """Put the plane of the free surface near particle i, or none; returns whether there is one."""
-    table, per_slope, spacing = depths
-    length = np.float32(math.sqrt(gx * gx + gy * gy + gz * gz))
-    place = per_slope * length / content
-    if length * spacing < np.float32(0.02):
-        hood.edge[i, 0] = hood.edge[i, 1] = hood.edge[i, 2] = ZERO
-        hood.edge[i, 3] = ONE
-        return False
-    entry = np.int64(place)
-    depth = ZERO
-    if entry < table.size - 1:
-        depth = table[entry] + (place - np.float32(entry)) * (table[entry + 1] - table[entry])
-    scale = -ONE / (length * spacing)
-    hood.edge[i, 0], hood.edge[i, 1], hood.edge[i, 2] = gx * scale, gy * scale, gz * scale
-    hood.edge[i, 3] = depth + np.float32(0.5)
-    return True
+def wet_walls_beside(i, hood, scale, liquid, slope, depths):
+    """Find the plane of the free surface near particle i beside a wall; returns the sums of `sum_over_walls` over what is wet.
+
+    scale: as for `sum_over_walls`; liquid: V W(0) + sum_j V W_ij [1]; slope: sum_j V grad W_ij [1/m] (3); depths: a `DepthTable`, or None
+    where the whole wall counts.
+    """
+    sums = sum_over_walls(i, hood, scale)
+    if depths is not None and place_plane(i, hood.surface_planes, liquid, along_wall(slope, sums[1]), depths):
+        for _ in range(ROUNDS):
+            solid, push, _, _ = sum_over_walls(i, hood, scale)
+            whole = slope[0] + push[0], slope[1] + push[1], slope[2] + push[2]
+            place_plane(i, hood.surface_planes, liquid + solid, whole, depths)
+        sums = sum_over_walls(i, hood, scale)
+    return sums
 
 
 @njit(**FAST)
 def sum_over_neighbors(begin, end, hood, plane, shares, depths, compression, gradient_sum, flow, matrix):
     """Fill compression, gradient sum, velocity gradient and correction matrix of the particles begin to end.
 
-    hood                     the `Neighborhood`
+    hood                     the `Neighborhood`, whose surface planes are found
     plane                    whether y is absent
     shares                   the `CorrectionShares`
+    depths                   the `DepthTable` of `wet_walls`, or None where the whole of a wall counts
     compression (N,)         becomes e_i [1]
     gradient_sum (3, N)      becomes g_i [1/m]
     flow (N, 16)             holds velocities [m/s], receives G_i [1/s]; G_i is 0 where the fluid neighbours do not span space
@@ -176,20 +178,11 @@ def sum_over_neighbors(begin, end, hood, plane, shares, depths, compression, gra
         else:
             for n in range(GRADIENT, 16):
                 flow[i, n] = ZERO
+        liquid = hood.volume * (hood.sigma + content)
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
         if hood.walls.number[i] > 0:
-            solid, push, more = sum_over_walls(i, hood, scale)
-            if depths is not None:
-                own = hood.volume * (hood.sigma + content)
-                square = push[0] * push[0] + push[1] * push[1] + push[2] * push[2] + np.float32(1e-12)
-                along = (slope[0] * push[0] + slope[1] * push[1] + slope[2] * push[2]) / square
-                tx, ty, tz = slope[0] - along * push[0], slope[1] - along * push[1], slope[2] - along * push[2]
-                if set_edge(i, hood, own, tx, ty, tz, depths):
-                    for _ in range(ROUNDS):
-                        solid, push, more = sum_over_walls(i, hood, scale)
-                        set_edge(i, hood, own + solid, slope[0] + push[0], slope[1] + push[1], slope[2] + push[2], depths)
-                    solid, push, more = sum_over_walls(i, hood, scale)
-        compression[i] = hood.volume * (hood.sigma + content) + solid - ONE
+            solid, push, more, _ = wet_walls_beside(i, hood, scale, liquid, slope, depths)
+        compression[i] = liquid + solid - ONE
         for axis in range(3):
             gradient_sum[axis, i] = slope[axis] + push[axis]
         whole = (

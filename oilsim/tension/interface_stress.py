@@ -103,7 +103,7 @@ def fill_slopes(begin, end, hood, plane, smoothed, slopes):
         set_slope(i, factor * summed(gx), factor * summed(gy), factor * summed(gz), moment, slopes)
         nx = ny = nz = ZERO
         if hood.walls.number[i] > 0:
-            _, (sx, sy, sz) = coverage_and_slope(i, hood)
+            _, (sx, sy, sz), _ = coverage_and_slope(i, hood)
             size = math.sqrt(sx * sx + sy * sy + sz * sz + TINY)
             nx, ny, nz = sx / size, sy / size, sz / size
         slopes[i, 4], slopes[i, 5], slopes[i, 6] = nx, ny, nz

@@ -68,7 +68,8 @@ def _stop_at_walls(tools: StepTools, arrays: StepArrays, push: Real) -> Real:
     if not tools.walls.count:
         return beta
     spacing = np.float32(tools.config.particle_spacing)
-    sums = WallSums(np.empty(count, np.float32), np.empty_like(push), arrays.compression)
+    coverage = np.empty(count, np.float32)
+    sums = WallSums(coverage, coverage, np.empty_like(push), arrays.compression)  # the whole of a wall counts as wet
     rule = ContactRule(constants.drop, constants.wall_coverages, constants.nearest_wall, spacing)
     rate = np.empty(count, np.float32)
     run(sum_walls, count, arrays.neighborhood, sums.coverage, sums.slope)

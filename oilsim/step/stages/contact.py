@@ -18,7 +18,7 @@ def apply_wall_contact(tools: StepTools, arrays: StepArrays, state: FluidState, 
     if not walls.count:
         return
     count, spacing = state.awake, np.float32(tools.config.particle_spacing)
-    sums = WallSums(arrays.coverage, arrays.wall_slope, arrays.compression)
+    sums = WallSums(arrays.coverage, arrays.wet, arrays.wall_slope, arrays.compression)
     rule = ContactRule(constants.drop, constants.wall_coverages, constants.nearest_wall, spacing)
     rate, strength = np.empty((2, count), np.float32)
     with tools.stage("contact"):
