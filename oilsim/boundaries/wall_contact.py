@@ -11,9 +11,10 @@ and bodies receive m_i beta_i of their part of s_i. A drop that is nearer all th
 kernel holds hardly any liquid beside their own. Others have pressure to keep them off, and rightly lie nearer where two walls meet.
 
 Between walls that face each other, as a hull and the floor, s_i cancels: there is no side on which to stop, and 1 / |s_i| would make a
-small excess a huge kick. So a contact takes at least OPPOSED of the slope that a flat wall of the same coverage, wet to the same share,
-has. All contacts of a splash in a tank had 0.78 to 1.09 of it, and near walls and skirts all particles but a thousandth have more than
-0.56.
+small excess a huge kick. So a contact takes at least OPPOSED of the slope that a flat wall of the same coverage has. All contacts of a
+splash in a tank had 0.78 to 1.09 of it, and near walls and skirts all particles but a thousandth have more than 0.56.
+
+Contacts are those with the whole wall, whatever of it is wet (`wet_walls`).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, load, spread, store
 from oilsim.gradients.particle_sums import coverage_and_slope
+from oilsim.gradients.wet_walls import WHOLE
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
 
 # [d] distance from the wall at which a drop's contact begins; numerical; not on record
@@ -51,7 +53,7 @@ class WallSums(NamedTuple):
 
     coverage     (N,) sum_b V_b W_ib, the walls' share of the kernel [1]
     wet          (N,) that of what is wet of them (see `wet_walls`) [1]
-    slope        (3, N) s_i = sum_b V_b grad W_ib of what is wet [1/m]
+    slope        (3, N) s_i = sum_b V_b grad W_ib [1/m]
     compression  (N,) sum V W - 1 over liquid and wet walls [1]
     """
 
@@ -110,15 +112,6 @@ def flat_wall(coverage, coverages):
     return DISTANCES[0] + step * (np.float32(n) + max(min(part, np.float32(1.0)), np.float32(0.0))), fall / step
 
 
-@inlined
-def faces_another(size, steepness, i, sums, rule):
-    """Return whether walls face each other across particle i: the slope is less than OPPOSED of a flat wall's that is as wet.
-
-    size: |s_i| [1/m]; steepness: that of a flat wall [1/d]; sums: the `WallSums`; rule: the `ContactRule`.
-    """
-    return size * rule.spacing * sums.coverage[i] < OPPOSED * steepness * sums.wet[i]
-
-
 @njit(**FAST)
 def wall_contact(begin, end, sums, rule, rate, reach, velocity, strength):
     """Stop particles that would cross a wall, and drops NEAREST to it; change `velocity` (3, N) [m/s] and fill `strength` (N,).
@@ -136,7 +129,7 @@ def wall_contact(begin, end, sums, rule, rate, reach, velocity, strength):
         hx, hy, hz = sums.slope[0, i], sums.slope[1, i], sums.slope[2, i]
         size = math.sqrt(hx * hx + hy * hy + hz * hz) + TINY
         gap, steepness = flat_wall(sums.coverage[i], rule.coverages)
-        if faces_another(size, steepness, i, sums, rule):
+        if size * rule.spacing < OPPOSED * steepness:
             continue
         approach = rate[i] / size
         if np.float32(1.0) + sums.compression[i] - sums.wet[i] < rule.drop:
@@ -156,7 +149,7 @@ def sum_walls(begin, end, hood, coverage, slope):
     for i in range(begin, end):
         coverage[i] = slope[0, i] = slope[1, i] = slope[2, i] = ZERO
         if hood.walls.number[i] > 0:
-            _, (slope[0, i], slope[1, i], slope[2, i]), coverage[i] = coverage_and_slope(i, hood)
+            coverage[i], (slope[0, i], slope[1, i], slope[2, i]) = coverage_and_slope(i, hood, WHOLE)
 
 
 @njit(**FAST)
@@ -170,7 +163,7 @@ def wall_push(begin, end, sums, rule, position):
         if excess > np.float32(0.0) and np.float32(1.0) + sums.compression[i] - sums.wet[i] < rule.drop:
             hx, hy, hz = sums.slope[0, i], sums.slope[1, i], sums.slope[2, i]
             size = math.sqrt(hx * hx + hy * hy + hz * hz) + TINY
-            if faces_another(size, flat_wall(sums.coverage[i], rule.coverages)[1], i, sums, rule):
+            if size * rule.spacing < OPPOSED * flat_wall(sums.coverage[i], rule.coverages)[1]:
                 continue
             length = min(excess / size, LARGEST_PUSH * rule.spacing) / size
             position[0, i] -= length * hx

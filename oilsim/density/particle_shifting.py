@@ -51,6 +51,7 @@ from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, r
 from oilsim.backend.thread_team import BLOCK
 from oilsim.gradients.flow import GRADIENT, STRENGTH, WEIGHT, velocity_gradient
 from oilsim.gradients.particle_sums import coverage_and_slope
+from oilsim.gradients.wet_walls import WHOLE
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
 
@@ -213,15 +214,13 @@ def linear(flow, i, axis, theirs, dx, dy, dz):
 
 
 @inlined
-def push_beside_wall(px, py, pz, own, coverage, slope, touching):
+def push_beside_wall(i, hood, px, py, pz, own, touching):
     """Return the push (px, py, pz) [m] with the walls' part 2 L_i sum_b V_b grad W_ib, without what leads further into a touched wall.
 
-    own: L_i [m2]; coverage: that by the whole wall [1]; slope: sum_b V_b grad W_ib [1/m] (3); touching: coverage at a flat wall's surface
-    [1].
-    Walls answer by the multiplier of the particle. It draws a particle with too few neighbours to the wall, while the particles behind
-    push.
+    hood: the `Neighborhood`; own: L_i [m2]; touching: coverage at a flat wall's surface [1]. Walls answer by the multiplier of the
+    particle. It draws a particle with too few neighbours to the wall, while the particles behind push.
     """
-    sx, sy, sz = slope
+    coverage, (sx, sy, sz) = coverage_and_slope(i, hood, WHOLE)
     px, py, pz = px + TWO * own * sx, py + TWO * own * sy, pz + TWO * own * sz
     along = sx * px + sy * py + sz * pz
     if coverage > touching and along > ZERO:
@@ -280,8 +279,7 @@ def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
         to_y = inertia * push[1, i] + weight * summed(py)
         to_z = inertia * push[2, i] + weight * summed(pz)
         if hood.walls.number[i] > 0:
-            _, towards, reach = coverage_and_slope(i, hood)
-            to_x, to_y, to_z = push_beside_wall(to_x, to_y, to_z, own, reach, towards, touching)
+            to_x, to_y, to_z = push_beside_wall(i, hood, to_x, to_y, to_z, own, touching)
         push[0, i], push[1, i], push[2, i] = to_x, to_y, to_z
         if first:
             shift[0, i], shift[1, i], shift[2, i] = weight * summed(ox), weight * summed(oy), weight * summed(oz)

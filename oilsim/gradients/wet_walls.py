@@ -16,7 +16,8 @@ than HEAD times the weight of the water above it lies at no surface. So the plan
 
     s_i + max(0, h_i - HEAD (s_i + d))    in place of s_i.
 
-Distances from a wall (`wall_contact`) are those from the whole wall.
+Distances from a wall (`wall_contact`) are those from the whole wall. Relaxation counts the whole wall too, which keeps the particles in the
+water's edge a quarter of a spacing off it: at rest there is no compression that it could mend.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ from oilsim.backend.jit import inlined
 from oilsim.backend.simd import positive
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, plane_integral
 
+# [1] the plane of no free surface: the whole of a wall counts; layout; see `wet_share`
+WHOLE = (ZERO, ZERO, ZERO, ONE)
 # [1] substitutions that find the plane of the free surface; numerical; see the module's docstring
 ROUNDS = 2
 # [1] |g_i| d below which no free surface is near; measured; two layers below a flat surface it is 0.05, and disorder makes 0.01
@@ -96,9 +99,7 @@ def depth_table(spacing: float, dimension: int) -> DepthTable:
 
 def no_surface(count: int) -> NDArray[np.float32]:
     """Return planes (N, 4) of `count` particles that have no free surface near: all walls are wet."""
-    planes = np.zeros((count, 4), np.float32)
-    planes[:, 3] = 1.0
-    return planes
+    return np.full((count, 4), WHOLE, np.float32)
 
 
 @inlined
@@ -126,8 +127,7 @@ def place_plane(i, planes, content, gradient, depths):
     gx, gy, gz = gradient
     length = np.float32(math.sqrt(gx * gx + gy * gy + gz * gz))
     if length * depths.spacing < LEAST:
-        plane[0] = plane[1] = plane[2] = ZERO
-        plane[3] = ONE
+        plane[0], plane[1], plane[2], plane[3] = WHOLE
         return False
     place = min(depths.per_slope * length / content, np.float32(ENTRIES - 1))
     entry = min(np.int64(place), np.int64(ENTRIES - 2))

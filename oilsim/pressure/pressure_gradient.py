@@ -79,7 +79,7 @@ class PressureSums(NamedTuple):
     openness (N,)           rho_ref / rho_0 |H 1|^2 [1/m2], large at a free surface
     coverage (N,)           sum_b V_b W_ib, the walls' share of the kernel [1]
     wet (N,)                that of what is wet of them [1]
-    wall_slope (3, N)       sum_b G_ib [1/m]
+    wall_slope (3, N)       sum_b V_b grad W_ib over the whole walls [1/m]
     """
 
     diagonal: Real
@@ -124,7 +124,8 @@ def store_vector(vectors, k, present, ax, ay, az):
 def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
     """Fill wall_gradient (3, Q) with G_ib [1/m] of particle i, 0 where a wall is dry.
 
-    Returns their sum [1/m] (3 numbers), the coverage sum_b V_b W_ib [1] and that of what is wet [1]. hood: `Neighborhood`; matrix (N, 8):
+    Returns their sum [1/m] (3), sum_b V_b grad W_ib over the whole walls [1/m] (3), the coverage sum_b V_b W_ib [1], and that of what is
+    wet [1]. hood: `Neighborhood`; matrix (N, 8):
     Y_i [1], or None for 1; lattice_moment: m_0 [1].
     """
     wall, period, walls = hood.wall_points, hood.period, hood.walls
@@ -133,7 +134,7 @@ def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
     if matrix is not None:
         correction = mean_correction_at_walls(matrix, i, lattice_moment)
     plane = hood.surface_planes[i]
-    wx = wy = wz = cover = wetted = spread(ZERO)
+    wx = wy = wz = sx = sy = sz = cover = wetted = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
@@ -145,15 +146,20 @@ def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
         part = content * kernel(q, hood.sigma)
         cover += part
         wetted += wet * part
-        slope = wet * factor * content * kernel_slope_over_q(q, hood.sigma)
+        slope = factor * content * kernel_slope_over_q(q, hood.sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
+        sx += ax
+        sy += ay
+        sz += az
+        ax, ay, az = wet * ax, wet * ay, wet * az
         if matrix is not None:
             ax, ay, az = times_symmetric(ax, ay, az, correction)
         store_vector(wall_gradient, k, present, ax, ay, az)
         wx += ax
         wy += ay
         wz += az
-    return summed(wx), summed(wy), summed(wz), summed(cover), summed(wetted)
+    pressing, whole = (summed(wx), summed(wy), summed(wz)), (summed(sx), summed(sy), summed(sz))
+    return pressing, whole, summed(cover), summed(wetted)
 
 
 @njit(**FAST)
@@ -192,9 +198,9 @@ def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums,
             square += (ax * ax + ay * ay + az * az) * weight
         sx, sy, sz = quantum * summed(fx), quantum * summed(fy), quantum * summed(fz)
         gx, gy, gz = sx, sy, sz
-        wx, wy, wz, coverage, wet = ZERO, ZERO, ZERO, ZERO, ZERO
+        (wx, wy, wz), whole, coverage, wet = (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO), ZERO, ZERO
         if hood.walls.number[i] > 0:
-            wx, wy, wz, coverage, wet = cache_wall_gradients(
+            (wx, wy, wz), whole, coverage, wet = cache_wall_gradients(
                 i, hood, matrix, constants.lattice_moment, vectors.wall_gradient
             )
             gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
@@ -206,7 +212,7 @@ def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums,
                 gz -= k[6] * sx + k[7] * sy + k[8] * sz
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
         sums.coverage[i], sums.wet[i] = coverage, wet
-        wall_slope[0, i], wall_slope[1, i], wall_slope[2, i] = wx, wy, wz
+        wall_slope[0, i], wall_slope[1, i], wall_slope[2, i] = whole
         nx, ny, nz = TWO * sx + wall_weight * wx, TWO * sy + wall_weight * wy, TWO * sz + wall_weight * wz
         sums.openness[i] = (nx * nx + ny * ny + nz * nz) * points[i, 3]
         sums.diagonal[i] = quantum * quantum * summed(square) + (gx * gx + gy * gy + gz * gz) * points[i, 3] + TINY

@@ -56,7 +56,8 @@ class StepArrays:
         diagonal (N,)            of the pressure operator [1/m2]
         coverage (N,)            sum V_b W_ib, the walls' share of the kernel [1]
         wet (N,)                 that of what is wet of the walls [1]
-        wall_slope (3, N)        sum of the walls' pair vectors [1/m]
+        dry (N,)                 the rest of it, at the places before relaxation [1]
+        wall_slope (3, N)        sum V_b grad W_ib over the whole walls [1/m]
         openness (N,)            rho_ref / rho_0 |H 1|^2, large at a free surface [1/m2]
         extrapolation (N, 9)     K of `wall_extrapolation` [1]
         lever (N, 9)             how bodies feel extrapolated pressures (see `rigid_response`)
@@ -78,7 +79,9 @@ class StepArrays:
         """Make room for the particles of a neighbourhood; the contents of the arrays are undefined."""
         count = len(neighborhood.points)
         self.neighborhood = neighborhood
-        self.compression, self.coverage, self.wet, self.diagonal, self.openness = np.empty((5, count), np.float32)
+        self.compression, self.coverage, self.wet, self.dry, self.diagonal, self.openness = np.empty(
+            (6, count), np.float32
+        )
         self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
         self.matrix: Real = np.zeros((count, 8), np.float32)
         self.surface: NDArray[np.uint8] = np.full(count, FreeSurface.NEAR_SURFACE, np.uint8)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from oilsim.boundaries.contacts import Contacts, whole_jacobians
 from oilsim.boundaries.plate_guard import PlateGuard
 from oilsim.boundaries.wall_contact import ContactRule, WallSums, wall_approach, wall_contact, wall_push
 from oilsim.pressure.rigid_response import RigidResponse
@@ -23,7 +24,7 @@ def apply_wall_contact(tools: StepTools, arrays: StepArrays, state: FluidState, 
     rate, strength = np.empty((2, count), np.float32)
     with tools.stage("contact"):
         run(wall_approach, count, sums.slope, state.velocity, rate)
-        response = RigidResponse(walls, arrays.contacts, None, float(constants.volume))
+        response = RigidResponse(walls, with_whole_walls(arrays), None, float(constants.volume))
         if response.present:
             response.add_motion(rate)
         reach = np.float32(tools.config.particle_spacing / time_step)
@@ -35,6 +36,16 @@ def apply_wall_contact(tools: StepTools, arrays: StepArrays, state: FluidState, 
         if guard.present:
             arrays.points[:count, :3] = state.position[:, :count].T
             guard.stop(arrays.points, state.velocity, arrays.rest_density[:count], time_step)
+
+
+def with_whole_walls(arrays: StepArrays) -> Contacts:
+    """Return the contacts with moving bodies, by the whole of these and not by what is wet of them (see `wet_walls`)."""
+    contacts = arrays.contacts
+    if contacts.particle.size == 0:
+        return contacts
+    jacobian = np.empty_like(contacts.jacobian)
+    whole_jacobians(contacts, arrays.body_pairs, arrays.neighborhood, jacobian)
+    return contacts._replace(jacobian=jacobian)
 
 
 def plate_guard(tools: StepTools, arrays: StepArrays) -> PlateGuard:

@@ -71,7 +71,15 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
             left, first = LEFT * found, iteration == 1
             enough = left <= config.density_tolerance
             hurried = rate if enough else HURRY * rate
-            run(relaxation_multiplier, count, arrays.compression, arrays.surface, hurried, limit, multiplier)
+            run(
+                relaxation_multiplier,
+                count,
+                arrays.compression + arrays.dry,
+                arrays.surface,
+                hurried,
+                limit,
+                multiplier,
+            )
             run(relax, count, passes, hood, arrays.flow, multiplier, first, relaxation)
             if first:
                 run(
@@ -110,7 +118,7 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase))
     run(
-        sum_over_neighbors, state.listed, hood, constants.plane, shares, depths_of(tools, state), arrays.compression, arrays.gradient_sum,
+        sum_over_neighbors, state.listed, hood, constants.plane, shares, depths_of(tools, state), arrays.compression, arrays.dry, arrays.gradient_sum,
         arrays.flow, arrays.matrix,
     )  # fmt: skip
     if tools.budget is not None:
