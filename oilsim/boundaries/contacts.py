@@ -21,7 +21,7 @@ from oilsim.backend.float32 import ONE
 from oilsim.backend.jit import FAST, inlined
 from oilsim.boundaries.walls import WallParticles
 from oilsim.neighborhood.neighbor_search import Pairs, indices, nearest_images
-from oilsim.neighborhood.smoothing_kernels import kernel_slope_over_q
+from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
 Real = NDArray[np.float32]
 Index = NDArray[np.uint32]
@@ -158,10 +158,15 @@ def find_contacts(pairs, wall_gradient, contacts):
 
 
 @njit(**FAST)
-def whole_jacobians(contacts, pairs, hood, jacobian):
-    """Fill `jacobian` (K, 6) with sum_b V_b (grad W_ib, r_b x grad W_ib) [1/m, 1] of each of the `contacts`, over the whole bodies.
+def sum_bodies(contacts, pairs, hood, jacobian, coverage, slope):
+    """Sum over moving bodies: sum_b V_b (grad W_ib, r_b x grad W_ib) of each contact, and coverage and slope of each particle.
 
-    pairs: the step's `BodyPairs`; hood: the `Neighborhood`.
+    contacts          the step's `Contacts`
+    pairs             the step's `BodyPairs`
+    hood              the `Neighborhood`
+    jacobian (K, 6)   becomes the sum of each contact [1/m, 1]
+    coverage (N,)     sum_b V_b W_ib is added to it [1]
+    slope (3, N)      sum_b V_b grad W_ib is added to it [1/m]
     """
     inverse_support = ONE / hood.support
     factor = inverse_support * inverse_support
@@ -174,9 +179,13 @@ def whole_jacobians(contacts, pairs, hood, jacobian):
             hood.points[i, 2] - hood.wall_points[b, 2],
             hood.period,
         )
-        q = np.float32(math.sqrt(dx * dx + dy * dy + dz * dz)) * inverse_support
-        slope = factor * hood.wall_points[b, 3] * kernel_slope_over_q(min(q, ONE), hood.sigma)
-        add_wrench(jacobian, contacts.of_pair[n], pairs.arm, n, slope * dx, slope * dy, slope * dz)
+        q = min(np.float32(math.sqrt(dx * dx + dy * dy + dz * dz)) * inverse_support, ONE)
+        steep = factor * hood.wall_points[b, 3] * kernel_slope_over_q(q, hood.sigma)
+        coverage[i] += hood.wall_points[b, 3] * kernel(q, hood.sigma)
+        slope[0, i] += steep * dx
+        slope[1, i] += steep * dy
+        slope[2, i] += steep * dz
+        add_wrench(jacobian, contacts.of_pair[n], pairs.arm, n, steep * dx, steep * dy, steep * dz)
 
 
 def gather_contacts(pairs: BodyPairs, wall_gradient: Real) -> Contacts:

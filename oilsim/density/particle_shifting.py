@@ -214,13 +214,14 @@ def linear(flow, i, axis, theirs, dx, dy, dz):
 
 
 @inlined
-def push_beside_wall(i, hood, px, py, pz, own, touching):
+def push_beside_wall(px, py, pz, own, coverage, slope, touching):
     """Return the push (px, py, pz) [m] with the walls' part 2 L_i sum_b V_b grad W_ib, without what leads further into a touched wall.
 
-    hood: the `Neighborhood`; own: L_i [m2]; touching: coverage at a flat wall's surface [1]. Walls answer by the multiplier of the
-    particle. It draws a particle with too few neighbours to the wall, while the particles behind push.
+    own: L_i [m2]; coverage: sum_b V_b W_ib [1]; slope: sum_b V_b grad W_ib [1/m] (3); touching: coverage at a flat wall's surface [1].
+    Walls answer by the multiplier of the particle. It draws a particle with too few neighbours to the wall, while the particles behind
+    push.
     """
-    coverage, (sx, sy, sz) = coverage_and_slope(i, hood, WHOLE)
+    sx, sy, sz = slope
     px, py, pz = px + TWO * own * sx, py + TWO * own * sy, pz + TWO * own * sz
     along = sx * px + sy * py + sz * pz
     if coverage > touching and along > ZERO:
@@ -279,7 +280,8 @@ def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
         to_y = inertia * push[1, i] + weight * summed(py)
         to_z = inertia * push[2, i] + weight * summed(pz)
         if hood.walls.number[i] > 0:
-            to_x, to_y, to_z = push_beside_wall(i, hood, to_x, to_y, to_z, own, touching)
+            coverage, towards = coverage_and_slope(i, hood, WHOLE)
+            to_x, to_y, to_z = push_beside_wall(to_x, to_y, to_z, own, coverage, towards, touching)
         push[0, i], push[1, i], push[2, i] = to_x, to_y, to_z
         if first:
             shift[0, i], shift[1, i], shift[2, i] = weight * summed(ox), weight * summed(oy), weight * summed(oz)

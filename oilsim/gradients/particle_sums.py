@@ -137,8 +137,8 @@ def coverage_and_slope(i, hood, plane):
 def wet_walls_beside(i, hood, scale, liquid, slope, depths):
     """Find the plane of the free surface near particle i beside a wall.
 
-    Returns the sums of `sum_over_walls` over what is wet, and the coverage by what is dry [1]. scale: as for `sum_over_walls`; liquid: V W(0) + sum_j V W_ij [1]; slope: sum_j V grad W_ij [1/m] (3); depths: a `DepthTable`, or None
-    where the whole wall counts.
+    Returns the sums of `sum_over_walls` over what is wet, and the coverage by what is dry [1]. scale: as for `sum_over_walls`; liquid:
+    V W(0) + sum_j V W_ij [1]; slope: sum_j V grad W_ij [1/m] (3); depths: a `DepthTable`, or None where the whole wall counts.
     """
     planes = hood.surface_planes
     sums = sum_over_walls(i, hood, WHOLE, scale)

@@ -38,8 +38,9 @@ from oilsim.neighborhood.smoothing_kernels import SUPPORT, plane_integral
 WHOLE = (ZERO, ZERO, ZERO, ONE)
 # [1] substitutions that find the plane of the free surface; numerical; see the module's docstring
 ROUNDS = 2
-# [1] |g_i| d below which no free surface is near; measured; two layers below a flat surface it is 0.05, and disorder makes 0.01
-LEAST = np.float32(0.02)
+# [1] |g_i| d below which no free surface is near; measured; in the layer below the uppermost one it is 0.05, and disorder of water at rest
+# makes 0.015 at most beside walls
+LEAST = np.float32(0.04)
 # [1] head of the pressure, over that of the water above, from which a particle lies at no free surface; numerical; twice the weight is what
 # water bears that is thrown up with the acceleration of gravity
 HEAD = np.float32(2.0)

@@ -71,15 +71,8 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
             left, first = LEFT * found, iteration == 1
             enough = left <= config.density_tolerance
             hurried = rate if enough else HURRY * rate
-            run(
-                relaxation_multiplier,
-                count,
-                arrays.compression + arrays.dry,
-                arrays.surface,
-                hurried,
-                limit,
-                multiplier,
-            )
+            crowding = arrays.compression + arrays.dry
+            run(relaxation_multiplier, count, crowding, arrays.surface, hurried, limit, multiplier)
             run(relax, count, passes, hood, arrays.flow, multiplier, first, relaxation)
             if first:
                 run(
@@ -118,8 +111,8 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase))
     run(
-        sum_over_neighbors, state.listed, hood, constants.plane, shares, depths_of(tools, state), arrays.compression, arrays.dry, arrays.gradient_sum,
-        arrays.flow, arrays.matrix,
+        sum_over_neighbors, state.listed, hood, constants.plane, shares, depths_of(tools, state), arrays.compression, arrays.dry,
+        arrays.gradient_sum, arrays.flow, arrays.matrix,
     )  # fmt: skip
     if tools.budget is not None:
         tools.budget.add_strain(arrays.flow, time_step)
