@@ -72,6 +72,7 @@ def lay_out(scenario: Scenario) -> Layout:
     beach = beach_of(scenario)
     if beach is not None and scenario.sea is not None:
         solids = (*solids, shore_solid(beach, scenario.sea.depth))
+    _require_sampling(scenario, solids, problems)
     meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
     positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
     envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in solids if solid.envelope is not None}
@@ -80,8 +81,6 @@ def lay_out(scenario: Scenario) -> Layout:
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.tank)
     coupled = _coupled(scenario, solids)
-    if not bare:
-        problems += _sampling_problems(solids, fluid.particle_spacing)
     world = _world(scenario, solids, fleet, problems) if coupled else None
     sea = _sea(scenario, problems)
     if problems:
@@ -143,6 +142,17 @@ def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
     """List the bodies that exchange motion and wrench with the fluid: moving ones, and fixed ones whose force is asked for."""
     probed = {probe.body for probe in scenario.probes.values() if isinstance(probe, BodyProbe)}
     return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
+
+
+def _require_sampling(scenario: Scenario, solids: Sequence[Solid], problems: Sequence[Problem]) -> None:
+    """Require surfaces that can be sampled; else ScenarioError, with the `problems` so far.
+
+    It comes before bodies are looked for in the liquid: one of a thousand kilometres crosses a tank that repeats thousands of times.
+    """
+    if scenario.run.has_particles:
+        found = list(_sampling_problems(solids, scenario.fluid.particle_spacing))
+        if found:
+            raise ScenarioError([*problems, *found], scenario.name)
 
 
 def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Problem]:
