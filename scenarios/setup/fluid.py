@@ -131,7 +131,10 @@ def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[tr
 
 
 def _inside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[np.intp]:
-    """Return the indices of points (N, 3) [m] inside a closed mesh, or nearer than `clearance` [m], by the distance that walls are made from."""
+    """Return the indices of points (N, 3) [m] inside a closed mesh, or nearer than `clearance` [m] to it.
+
+    Walls are made from the same distance.
+    """
     low, high = solid.bounds
     near = within(points, low - clearance, high + clearance)
     return near[SignedDistance(solid).phi(points[near]) < clearance * (1.0 - 1e-6)] if near.size else near
