@@ -16,7 +16,7 @@ from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.emitter import HOLD, PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Forcing, Wind, Zone
-from oilsim.phases import Phase
+from oilsim.phases import Phase, weak_depth
 from oilsim.solver import Fluid
 from oilsim.wind_drift import WindDrift
 from scenarios.problems import Problem
@@ -71,15 +71,38 @@ def air_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]
         if phase.viscosity < least:
             text = f"phases.{name}: with less than {least:.2g} Pa s its particles move by themselves beside a surface, and push it about"
             remarks.append(text)
-    if airs and not scenario.bodies:
-        room = Lattice(scenario.tank, spacing, scenario.fluid.dimension).count.tolist()
-        whole = room[0] * room[2] * (1 if scenario.fluid.dimension == 2 else room[1])
-        share = sum(map(len, positions.values())) / whole
-        if share < FULL:
-            remarks.append(
-                f"particles fill {100.0 * share:.0f} % of the tank: surfaces in air hold together in a full tank only"
-            )
+    share = _filled(scenario, positions)
+    if airs and not scenario.bodies and share < FULL:
+        remarks.append(
+            f"particles fill {100.0 * share:.0f} % of the tank: surfaces in air hold together in a full tank only"
+        )
     return remarks
+
+
+def interface_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
+    """Say how deep interfaces break up under a free surface, where that is more than the uppermost particles' half a spacing.
+
+    positions (N, 3) [m] of the particles, by region.
+    """
+    pulls = scenario.fluid.interfacial_tension and scenario.run.has_particles
+    has_air = any(phase.is_air for phase in scenario.phases.values())
+    if not pulls or has_air or _filled(scenario, positions) >= FULL:
+        return []
+    config = fluid_config(scenario)
+    weak = weak_depth(config.phases, config.particle_spacing, float(np.linalg.norm(config.gravity)))
+    if weak <= 0.5 * config.particle_spacing:
+        return []
+    return [
+        f"interfaces break up down to {1e3 * weak:.2g} mm below a free surface: their pull exceeds the pressure there. "
+        "With coarser particles, or in a full tank, they hold"
+    ]
+
+
+def _filled(scenario: Scenario, positions: Mapping[str, Array]) -> float:
+    """Return the share of the tank that particles fill; positions (N, 3) [m], by region."""
+    room = Lattice(scenario.tank, scenario.fluid.particle_spacing, scenario.fluid.dimension).count.tolist()
+    whole = room[0] * room[2] * (1 if scenario.fluid.dimension == 2 else room[1])
+    return sum(map(len, positions.values())) / whole
 
 
 def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from tests.validation.bodies.boom_flume import BOOM_FLUME
 from tests.validation.bodies.boom_in_waves import BOOM_IN_WAVES
 from tests.validation.bodies.boom_losses import BOOM_LOSSES, BOOM_RAMP
 from tests.validation.bodies.boom_slice import BOOM_HELD_OUT, BOOM_ROUNDING, BOOM_SLICE
 from tests.validation.bodies.floating import ARCHIMEDES, SUBMERGED
-from tests.validation.bodies.harbour_flume import HARBOUR_FLUME
+from tests.validation.bodies.flumes.boom_flume import BOOM_FLUME
+from tests.validation.bodies.flumes.harbour_flume import HARBOUR_FLUME
 from tests.validation.bodies.released import HEAVE_DECAY, PLANE_RELEASE, RELEASE, SURFACING
 from tests.validation.bodies.towed_cylinder import TOWED_CYLINDER
 from tests.validation.bodies.towing import TOWED_PLATE, TOWED_SKIRT
