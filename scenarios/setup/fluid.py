@@ -25,7 +25,7 @@ from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
 from scenarios.setup.boom_losses import has_tension, tension_of
-from scenarios.setup.fill_lattice import Lattice, starting_positions
+from scenarios.setup.fill_lattice import Lattice, starting_positions, within
 
 Array = NDArray[np.float64]
 
@@ -116,10 +116,12 @@ def clear_of(
     solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], tank: Tank, spacing: float
 ) -> dict[str, Array]:
     """Return the particles (N, 3) [m], by region, that are neither inside a solid nor right at its surface."""
-    clear, clearance = dict(positions), CLEARANCE * spacing
+    clearance = CLEARANCE * spacing
+    kept = {name: np.ones(len(points), bool) for name, points in positions.items()}
     for image in (image for solid in solids for image in _images(solid, tank, clearance)):
-        clear = {name: _outside(points, image, clearance) for name, points in clear.items()}
-    return clear
+        for name, points in positions.items():
+            kept[name][_inside(points, image, clearance)] = False
+    return {name: points[kept[name]] for name, points in positions.items()}
 
 
 def sorted_by_hollow(
@@ -132,10 +134,10 @@ def sorted_by_hollow(
     kept = dict(positions)
     for body, envelope in envelopes.items():
         for image in _images(envelope, scenario.tank, 0.0):
-            outside = {name: _is_outside(points, image, 0.0) for name, points in kept.items()}
             for name, points in kept.items():
-                within = scenario.fill[name].inside == body
-                kept[name] = points[~outside[name] if within else outside[name]]
+                inside = np.zeros(len(points), bool)
+                inside[_inside(points, image, 0.0)] = True
+                kept[name] = points[inside if scenario.fill[name].inside == body else ~inside]
     return kept
 
 
@@ -151,19 +153,14 @@ def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[tr
         yield solid.copy().apply_translation(shift) if any(shift) else solid
 
 
-def _outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> Array:
-    """Select the points outside a closed mesh that are farther than `clearance` [m] from it."""
-    return points[_is_outside(points, solid, clearance)]
+def _inside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[np.intp]:
+    """Return the indices of points (N, 3) [m] inside a closed mesh, or nearer than `clearance` [m] to it.
 
-
-def _is_outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[np.bool_]:
-    """Which points are further than `clearance` [m] from a closed mesh, on its outside, by the distance that walls are made from."""
+    Walls are made from the same distance.
+    """
     low, high = solid.bounds
-    outside = ~((points > low - clearance) & (points < high + clearance)).all(axis=1)
-    near = np.flatnonzero(~outside)
-    if near.size:
-        outside[near] = SignedDistance(solid).phi(points[near]) >= clearance * (1.0 - 1e-6)
-    return outside
+    near = within(points, low - clearance, high + clearance)
+    return near[SignedDistance(solid).phi(points[near]) < clearance * (1.0 - 1e-6)] if near.size else near
 
 
 def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
@@ -237,7 +234,7 @@ def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> 
                 text = f"has a pipe from {'xyz'[axis]} = {low:.3g} to {high:.3g} m, allowed: inside the tank, {room}"
                 yield Problem(f"emitters.{name}.mouth", text)
         for body, mesh in solids.items():
-            if any(len(_outside(points, image, 0.0)) < len(points) for image in _images(mesh, tank, 0.0)):
+            if any(_inside(points, image, 0.0).size for image in _images(mesh, tank, 0.0)):
                 yield Problem(
                     f"emitters.{name}.mouth", f"lies in body {body!r} at the start, allowed: outside all bodies"
                 )
