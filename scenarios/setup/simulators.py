@@ -135,7 +135,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
     wetted = [solid for solid in layout.solids if solid.wetted]
     targets, slick = targets_of(written, layout.fleet), _slick(written, layout)
     if slick is not None:
-        exchange_oil(windows, slick)
+        exchange_oil(windows, slick, written.booms)
     return Simulators(
         scenario=scenario,
         level=layout.level,
