@@ -53,7 +53,9 @@ class Piece:
 
         In processor time of all threads, which does not depend on what else the machine does.
         """
-        cost = (time.process_time() - self._spent) / max(flow_seconds, 1e-9)
+        if flow_seconds <= 0.0:
+            return "nothing computed in this piece"
+        cost = (time.process_time() - self._spent) / flow_seconds
         left = cost * flow_left / 3600.0
         return f"{cost:.2g} s of processor time for each second of flow, {left:.1f} h of it left at most"
 

@@ -31,6 +31,7 @@ def test_a_piece_ends_and_saves_by_the_clock(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(pieces.time, "process_time", lambda: piece._spent + 10.0)
     told = "2 s of processor time for each second of flow, 2.0 h of it left at most"
     assert piece.progress(5.0, 3600.0) == told
+    assert piece.progress(0.0, 3600.0) == "nothing computed in this piece"
 
 
 def test_a_state_that_is_being_written_does_not_spoil_the_one_before(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.validation.bodies.flumes import skirt_ramp as ramp
+from tests.validation.bodies.flumes.tables import read
 from tests.validation.bodies.flumes.test_harbour_flume import Looks
 from tests.validation.case import Bench
 
@@ -41,3 +42,9 @@ def test_the_table_keeps_the_first_loss() -> None:
     kept = ramp.thinned(rows)
     assert ramp.first_loss(*ramp.curve(kept)) == ramp.first_loss(*ramp.curve(rows)) == pytest.approx(0.431)
     assert (kept[0], kept[-1], len(kept)) == (rows[0], rows[-1], 12)
+
+
+def test_the_committed_table_has_ramps_with_and_without_tension() -> None:
+    rows = read(ramp.MEASURED, ramp.Row)
+    assert {0.0} < {row.tension for row in rows}
+    assert all(0.0 <= row.lost <= 1.0 for row in rows)
