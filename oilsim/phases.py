@@ -56,6 +56,17 @@ def least_pressure(phases: Iterable[Phase], spacing: float) -> float:
     return STEEPEST * max((phase.interfacial_tension for phase in phases), default=0.0) / spacing
 
 
+def weak_depth(phases: Iterable[Phase], spacing: float, gravity: float) -> float:
+    """Return the depth [m] under a free surface above which interfaces may break up, as their pull exceeds the pressure of still liquid.
+
+    It is that of `least_pressure` in the lightest liquid that has a tension, 0 where none has; spacing d [m]; gravity [m/s2].
+    """
+    pulling = [phase for phase in phases if phase.interfacial_tension > 0.0]
+    lightest = min((phase.rest_density for phase in pulling), default=math.inf)
+    weight = lightest * gravity
+    return least_pressure(pulling, spacing) / weight if weight > 0.0 else math.inf
+
+
 def capillary_inertia(phases: Iterable[Phase]) -> float:
     """Return the least (rho_1 + rho_2) / sigma [kg/(m3 N/m)] of all interfaces; infinite where none has a tension.
 

@@ -10,12 +10,15 @@ from oilsim.quantity import quantity, require
 
 @dataclass(frozen=True, kw_only=True)
 class HullSize:
-    """Size of a hull [m]; draft: keel below the design waterline; depth: keel to deck. ValueError for one that has no freeboard."""
+    """Size of a hull [m]; draft: keel below the design waterline; depth: keel to deck. ValueError for one that has no freeboard.
 
-    length: float = quantity("m", at_least=1e-3)
-    beam: float = quantity("m", at_least=1e-3)
-    draft: float = quantity("m", at_least=1e-3)
-    depth: float = quantity("m", at_least=1e-3)
+    No length is above 1 km: the longest ship so far had 458 m, and sections of far longer hulls are lost in rounding.
+    """
+
+    length: float = quantity("m", at_least=1e-3, at_most=1000.0)
+    beam: float = quantity("m", at_least=1e-3, at_most=1000.0)
+    draft: float = quantity("m", at_least=1e-3, at_most=1000.0)
+    depth: float = quantity("m", at_least=1e-3, at_most=1000.0)
 
     def __post_init__(self) -> None:
         require("hull", HullSize, vars(self), self._problems())

@@ -24,16 +24,21 @@ Array = NDArray[np.float64]
 # [loss volumes] of a parcel up to which it goes as a whole; numerical; the pool's account may be overdrawn by half of one
 WHOLE = 1.5
 
+ACCOUNTS = ("owed", "gone", "carried", "held_back")  # of `Losses`
+
 
 class Losses:
     """Accounts of the oil that pools owe and of the oil that has gone.
 
-    owed  (causes, P) [m3]; gone (causes, S) [m3] by segment since the start.
+    owed  (causes, P) [m3]; gone (causes, S) [m3] by segment since the start; carried (causes, S) [m3], the part of it that particles
+    of a window carried past by themselves; held_back (S,) [m3] that they would have, and that was put back before the skirt.
     """
 
     def __init__(self, segments: int) -> None:
         self.owed: Array = np.zeros((len(LossCause), 2 * segments))
         self.gone: Array = np.zeros((len(LossCause), segments))
+        self.carried: Array = np.zeros((len(LossCause), segments))
+        self.held_back: Array = np.zeros(segments)
 
     def add(self, rates: Mapping[LossCause, Array], pools: Pools, duration: float) -> None:
         """Add the rates (P,) [m3/s] of `duration` [s]; ValueError for rates of another shape, below 0, or not finite."""
@@ -94,9 +99,10 @@ class Losses:
         parcels.detach(rows)
 
     def save_state(self) -> dict[str, Any]:
-        """Return what is owed and what has gone."""
-        return {"owed": self.owed.copy(), "gone": self.gone.copy()}
+        """Return what is owed, what has gone and what was held back."""
+        return {name: getattr(self, name).copy() for name in ACCOUNTS}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go back to what `save_state` returned."""
-        self.owed, self.gone = saved["owed"].copy(), saved["gone"].copy()
+        for name in ACCOUNTS:
+            setattr(self, name, saved[name].copy())

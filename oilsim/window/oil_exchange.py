@@ -8,7 +8,8 @@ particle. So volume is exact however oil crosses, and the account of the slick i
     particles -> parcels    as soon as they are in the rim, whose calm would hold them up. The particle becomes water in place.
 
 What does not fill a particle, of a pool or of a square of GROUP spacings, stays parcels. A particle that the fluid loses, as spray or
-where a body comes in, leaves its parcel behind; one whose parcel is taken away, by a skimmer or a closure, becomes water.
+where a body comes in, leaves its parcel behind; one whose parcel is taken away, by a skimmer, a closure or a skirt that holds it back,
+becomes water.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from oilsim.slick.crossing import first_crossings, resting_sweep
 from oilsim.slick.merging import MEANS
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
 from oilsim.slick.slick import Slick
-from oilsim.window.resolved_parcels import follow_particles
+from oilsim.window.resolved_parcels import CoarseSkirts, follow_particles
 from oilsim.window.surface_motion import SurfaceMotion
 from oilsim.window.window import Window
 
@@ -51,9 +52,9 @@ class Liquid(NamedTuple):
 class OilExchange:
     """Exchanges oil between a window and a slick; one of each. `taken`, `given` [m3]: oil that became particles, and parcels, so far."""
 
-    def __init__(self, window: Window) -> None:
-        """Raise ValueError for a window that has no oil among its liquids."""
-        self.window, self._config = window, window.fluid.config
+    def __init__(self, window: Window, skirts: CoarseSkirts | None = None) -> None:
+        """Hold oil back at coarse `skirts` of the slick's segments; ValueError for a window that has no oil among its liquids."""
+        self.window, self._config, self._skirts = window, window.fluid.config, skirts
         water = self._config.phases[0].name
         self._water = water
         self._oils = [Liquid(one.name, one.rest_density) for one in self._config.phases[1:]]
@@ -100,7 +101,7 @@ class OilExchange:
         rest = self._rest(index)
         places = self.window.motion.in_sea(rest, time)
         height = rest[:, 2] - self.window.motion.sea.description.level
-        follow_particles(slick, rows, places[:, :2], height, relative)
+        self._free(parcels, follow_particles(slick, rows, places[:, :2], height, relative, self._skirts))
 
     def _resolved(self, parcels: Parcels) -> Rows:
         """Return the rows (M,) of parcels that are particles of this window."""

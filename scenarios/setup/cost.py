@@ -134,7 +134,7 @@ def estimate(scenario: Scenario) -> Cost:
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
-        told=(*_told(scenario, solids, level, _of_air(scenario, positions)), *missing, *remarks),
+        told=(*_told(scenario, solids, level, _of_interfaces(scenario, positions)), *missing, *remarks),
         seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps * own_steps + _body_seconds(scenario),
     )
 
@@ -174,26 +174,26 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
 
 
 def _assumed(scenario: Scenario) -> list[str]:
-    """Say what the closures of booms assume; their code, which loads trimesh and numba, is imported only for booms."""
-    if not scenario.booms:
+    """Say which tensions are assumed; the code, which loads trimesh and numba, is imported only for booms and interfaces that pull."""
+    if not scenario.booms and not scenario.fluid.interfacial_tension:
         return []
     from scenarios.setup.boom_losses import assumed_tensions
 
     return assumed_tensions(scenario)
 
 
-def _of_air(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
-    """Say what is to be said of air; only air pays for the import."""
-    if not any(phase.is_air for phase in scenario.phases.values()):
+def _of_interfaces(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
+    """Say what is to be said of air and of interfaces that pull; only they pay for the import."""
+    if not scenario.fluid.interfacial_tension:
         return []
-    from scenarios.setup.fluid import air_remarks
+    from scenarios.setup.fluid import air_remarks, interface_remarks
 
-    return air_remarks(scenario, positions)
+    return [*air_remarks(scenario, positions), *interface_remarks(scenario, positions)]
 
 
-def _told(scenario: Scenario, solids: Sequence[Solid], level: float, air: Sequence[str]) -> tuple[str, ...]:
-    """List the warnings of fills, air, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
-    fluid, assumed = scenario.fluid, [*air, *_assumed(scenario)]
+def _told(scenario: Scenario, solids: Sequence[Solid], level: float, interfaces: Sequence[str]) -> tuple[str, ...]:
+    """List the warnings of fills, interfaces, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
+    fluid, assumed = scenario.fluid, [*interfaces, *_assumed(scenario)]
     fills = tuple(misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension).values())
     if not solids or not scenario.run.has_particles:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed, *unused_sea(scenario))

@@ -8,7 +8,7 @@ still works with another particle spacing. Only a block with an inset has a latt
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,12 +46,20 @@ class Lattice:
 
     def box(self, lower: Vector, upper: Vector) -> Array:
         """Return the points (N, 3) [m] of a box."""
-        return _grid([self.planes(axis, lower[axis], upper[axis]) for axis in range(3)], self.dimension)
+        return self._product([(lower[axis], upper[axis]) for axis in range(3)])
 
     def around(self, lower: Array, upper: Array) -> Array:
         """Return points (N, 3) [m] of the lattice: all within the box from `lower` to `upper`, (3,) [m], and few others of the tank."""
         low, high = lower - self.spacing, upper + self.spacing
-        return _grid([self.planes(axis, float(low[axis]), float(high[axis])) for axis in range(3)], self.dimension)
+        return self._product([(float(low[axis]), float(high[axis])) for axis in range(3)])
+
+    def _product(self, ranges: Sequence[tuple[float, float]]) -> Array:
+        """Return the points (N, 3) [m] of three ranges [m]; in two dimensions the range in y has no planes, however long it is."""
+        axes = [
+            np.zeros(1) if axis == 1 and self.dimension == 2 else self.planes(axis, low, high)
+            for axis, (low, high) in enumerate(ranges)
+        ]
+        return _grid(axes)
 
 
 def _nearest(number: float) -> int:
@@ -59,10 +67,8 @@ def _nearest(number: float) -> int:
     return int(np.floor(number + 0.5 + LATTICE_SLACK))
 
 
-def _grid(axes: list[Array], dimension: int) -> Array:
-    """Build the points (N, 3) of a product of axes; in two dimensions all of them are at y = 0."""
-    if dimension == 2:
-        axes = [axes[0], np.zeros(1), axes[2]]
+def _grid(axes: Sequence[Array]) -> Array:
+    """Build the points (N, 3) of a product of axes."""
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
@@ -105,12 +111,15 @@ def _inset_block(fill: BlockFill, spacing: float, dimension: int) -> Array:
     """Return round(extent / d - 2 inset) points along each axis, centred sideways, on the lower face."""
     axes: list[Array] = []
     for axis in range(3):
+        if axis == 1 and dimension == 2:
+            axes.append(np.zeros(1))
+            continue
         extent = fill.upper[axis] - fill.lower[axis]
         fitting = np.floor(extent / spacing + LATTICE_SLACK)
         count = max(1, min(int(fitting), _nearest(extent / spacing - 2.0 * fill.inset)))
         slack = 0.0 if axis == 2 else 0.5 * (extent - count * spacing)
         axes.append(fill.lower[axis] + slack + (np.arange(count, dtype=np.float64) + 0.5) * spacing)
-    return _grid(axes, dimension)
+    return _grid(axes)
 
 
 def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
@@ -130,15 +139,36 @@ def placed_regions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dime
     placed: dict[str, Array] = {}
     for name, fill in regions.items():
         points = region_points(fill, tank, spacing, dimension)
-        if len(points):
-            tree = cKDTree(points)
-            for earlier, others in placed.items():
-                if regions[earlier].inside != fill.inside:
-                    continue
-                distance, _ = tree.query(others, distance_upper_bound=TOO_NEAR * spacing)
-                placed[earlier] = others[np.isinf(distance)]
+        for earlier, others in placed.items():
+            if len(points) and regions[earlier].inside == fill.inside:
+                placed[earlier] = _away_from(points, others, TOO_NEAR * spacing)
         placed[name] = points
     return placed
+
+
+def _away_from(points: Array, others: Array, distance: float) -> Array:
+    """Select the `others` (M, 3) [m] that have none of the points (N, 3) [m], one or more, nearer than `distance` [m].
+
+    Only what lies in the other's bounding box is searched: regions of many millions of particles mostly meet in a layer.
+    """
+    near = within(others, points.min(axis=0) - distance, points.max(axis=0) + distance)
+    if not near.size:
+        return others
+    reach = others[near]
+    tree = cKDTree(points[within(points, reach.min(axis=0) - distance, reach.max(axis=0) + distance)])
+    found, _ = tree.query(reach, distance_upper_bound=distance)
+    kept = np.ones(len(others), bool)
+    kept[near[np.isfinite(found)]] = False
+    return others[kept]
+
+
+def within(points: Array, lower: Array, upper: Array) -> NDArray[np.intp]:
+    """Return the indices of the points (N, 3) [m] inside a box from `lower` to `upper`, (3,) [m]; axis by axis, which is faster."""
+    found = np.flatnonzero((points[:, 0] > lower[0]) & (points[:, 0] < upper[0]))
+    for axis in (1, 2):
+        place = points[found, axis]
+        found = found[(place > lower[axis]) & (place < upper[axis])]
+    return found
 
 
 def empty_regions(placed: Mapping[str, Array], spacing: float) -> Iterator[Problem]:

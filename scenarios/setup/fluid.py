@@ -16,7 +16,7 @@ from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.emitter import HOLD, PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Forcing, Wind, Zone
-from oilsim.phases import Phase
+from oilsim.phases import Phase, weak_depth
 from oilsim.solver import Fluid
 from oilsim.wind_drift import WindDrift
 from scenarios.problems import Problem
@@ -25,7 +25,7 @@ from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
 from scenarios.setup.boom_losses import has_tension, tension_of
-from scenarios.setup.fill_lattice import Lattice, starting_positions
+from scenarios.setup.fill_lattice import Lattice, starting_positions, within
 
 Array = NDArray[np.float64]
 
@@ -71,15 +71,38 @@ def air_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]
         if phase.viscosity < least:
             text = f"phases.{name}: with less than {least:.2g} Pa s its particles move by themselves beside a surface, and push it about"
             remarks.append(text)
-    if airs and not scenario.bodies:
-        room = Lattice(scenario.tank, spacing, scenario.fluid.dimension).count.tolist()
-        whole = room[0] * room[2] * (1 if scenario.fluid.dimension == 2 else room[1])
-        share = sum(map(len, positions.values())) / whole
-        if share < FULL:
-            remarks.append(
-                f"particles fill {100.0 * share:.0f} % of the tank: surfaces in air hold together in a full tank only"
-            )
+    share = _filled(scenario, positions)
+    if airs and not scenario.bodies and share < FULL:
+        remarks.append(
+            f"particles fill {100.0 * share:.0f} % of the tank: surfaces in air hold together in a full tank only"
+        )
     return remarks
+
+
+def interface_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
+    """Say how deep interfaces break up under a free surface, where that is more than the uppermost particles' half a spacing.
+
+    positions (N, 3) [m] of the particles, by region.
+    """
+    pulls = scenario.fluid.interfacial_tension and scenario.run.has_particles
+    has_air = any(phase.is_air for phase in scenario.phases.values())
+    if not pulls or has_air or _filled(scenario, positions) >= FULL:
+        return []
+    config = fluid_config(scenario)
+    weak = weak_depth(config.phases, config.particle_spacing, float(np.linalg.norm(config.gravity)))
+    if weak <= 0.5 * config.particle_spacing:
+        return []
+    return [
+        f"interfaces break up down to {1e3 * weak:.2g} mm below a free surface: their pull exceeds the pressure there. "
+        "With coarser particles, or in a full tank, they hold"
+    ]
+
+
+def _filled(scenario: Scenario, positions: Mapping[str, Array]) -> float:
+    """Return the share of the tank that particles fill; positions (N, 3) [m], by region."""
+    room = Lattice(scenario.tank, scenario.fluid.particle_spacing, scenario.fluid.dimension).count.tolist()
+    whole = room[0] * room[2] * (1 if scenario.fluid.dimension == 2 else room[1])
+    return sum(map(len, positions.values())) / whole
 
 
 def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
@@ -93,10 +116,12 @@ def clear_of(
     solids: Iterable[trimesh.Trimesh], positions: Mapping[str, Array], tank: Tank, spacing: float
 ) -> dict[str, Array]:
     """Return the particles (N, 3) [m], by region, that are neither inside a solid nor right at its surface."""
-    clear, clearance = dict(positions), CLEARANCE * spacing
+    clearance = CLEARANCE * spacing
+    kept = {name: np.ones(len(points), bool) for name, points in positions.items()}
     for image in (image for solid in solids for image in _images(solid, tank, clearance)):
-        clear = {name: _outside(points, image, clearance) for name, points in clear.items()}
-    return clear
+        for name, points in positions.items():
+            kept[name][_inside(points, image, clearance)] = False
+    return {name: points[kept[name]] for name, points in positions.items()}
 
 
 def sorted_by_hollow(
@@ -109,10 +134,10 @@ def sorted_by_hollow(
     kept = dict(positions)
     for body, envelope in envelopes.items():
         for image in _images(envelope, scenario.tank, 0.0):
-            outside = {name: _is_outside(points, image, 0.0) for name, points in kept.items()}
             for name, points in kept.items():
-                within = scenario.fill[name].inside == body
-                kept[name] = points[~outside[name] if within else outside[name]]
+                inside = np.zeros(len(points), bool)
+                inside[_inside(points, image, 0.0)] = True
+                kept[name] = points[inside if scenario.fill[name].inside == body else ~inside]
     return kept
 
 
@@ -128,19 +153,14 @@ def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[tr
         yield solid.copy().apply_translation(shift) if any(shift) else solid
 
 
-def _outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> Array:
-    """Select the points outside a closed mesh that are farther than `clearance` [m] from it."""
-    return points[_is_outside(points, solid, clearance)]
+def _inside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[np.intp]:
+    """Return the indices of points (N, 3) [m] inside a closed mesh, or nearer than `clearance` [m] to it.
 
-
-def _is_outside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[np.bool_]:
-    """Which points are further than `clearance` [m] from a closed mesh, on its outside, by the distance that walls are made from."""
+    Walls are made from the same distance.
+    """
     low, high = solid.bounds
-    outside = ~((points > low - clearance) & (points < high + clearance)).all(axis=1)
-    near = np.flatnonzero(~outside)
-    if near.size:
-        outside[near] = SignedDistance(solid).phi(points[near]) >= clearance * (1.0 - 1e-6)
-    return outside
+    near = within(points, low - clearance, high + clearance)
+    return near[SignedDistance(solid).phi(points[near]) < clearance * (1.0 - 1e-6)] if near.size else near
 
 
 def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
@@ -214,7 +234,7 @@ def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> 
                 text = f"has a pipe from {'xyz'[axis]} = {low:.3g} to {high:.3g} m, allowed: inside the tank, {room}"
                 yield Problem(f"emitters.{name}.mouth", text)
         for body, mesh in solids.items():
-            if any(len(_outside(points, image, 0.0)) < len(points) for image in _images(mesh, tank, 0.0)):
+            if any(_inside(points, image, 0.0).size for image in _images(mesh, tank, 0.0)):
                 yield Problem(
                     f"emitters.{name}.mouth", f"lies in body {body!r} at the start, allowed: outside all bodies"
                 )

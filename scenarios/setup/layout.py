@@ -72,16 +72,19 @@ def lay_out(scenario: Scenario) -> Layout:
     beach = beach_of(scenario)
     if beach is not None and scenario.sea is not None:
         solids = (*solids, shore_solid(beach, scenario.sea.depth))
-    meshes = {solid.name: solid.world_mesh() for solid in solids if solid.wetted}
+    unsampled = [] if bare else list(_sampling_problems(solids, fluid.particle_spacing))
+    problems += unsampled
+    refused = {problem.path for problem in unsampled}
+    # a refused body is not looked for in the liquid: a tank that repeats would hold one of a thousand kilometres in thousands of places
+    placed = [solid for solid in solids if table_entry(solid.name) not in refused]
+    meshes = {solid.name: solid.world_mesh() for solid in placed if solid.wetted}
     positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
-    envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in solids if solid.envelope is not None}
+    envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in placed if solid.envelope is not None}
     positions = sorted_by_hollow(envelopes, positions, scenario)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.tank)
     coupled = _coupled(scenario, solids)
-    if not bare:
-        problems += _sampling_problems(solids, fluid.particle_spacing)
     world = _world(scenario, solids, fleet, problems) if coupled else None
     sea = _sea(scenario, problems)
     if problems:
@@ -130,7 +133,7 @@ def _left_out(regions: Mapping[str, Array], clear: Mapping[str, Array], content:
 
 def _out_of_reach(solids: Sequence[Solid], meshes: Mapping[str, trimesh.Trimesh], tank: Tank) -> Iterator[Problem]:
     """Yield problems of fixed bodies that are entirely outside the tank, where no liquid meets them; others may move into it."""
-    for name in (solid.name for solid in solids if solid.wetted and solid.motion == "fixed"):
+    for name in (solid.name for solid in solids if solid.name in meshes and solid.motion == "fixed"):
         for axis, low, high, bottom, top in zip("xyz", *meshes[name].bounds, tank.lower, tank.upper, strict=True):
             if high < bottom or low > top:
                 text = (

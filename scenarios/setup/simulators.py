@@ -23,7 +23,7 @@ from scenarios.setup.at_sea.build_sea import unused_sea
 from scenarios.setup.at_sea.particle_free import left_out, without_particles
 from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
-from scenarios.setup.fluid import air_remarks, build_fluid
+from scenarios.setup.fluid import air_remarks, build_fluid, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
 from scenarios.setup.placed_solids import Solid, sampled
 from scenarios.setup.thin_bodies import thin_bodies
@@ -113,6 +113,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
             *unused_sea(scenario),
             *left_out(written),
             *air_remarks(scenario, layout.positions),
+            *interface_remarks(scenario, layout.positions),
         ),
         slick=slick,
         skimmers=skimmers,
@@ -134,7 +135,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
     wetted = [solid for solid in layout.solids if solid.wetted]
     targets, slick = targets_of(written, layout.fleet), _slick(written, layout)
     if slick is not None:
-        exchange_oil(windows, slick)
+        exchange_oil(windows, slick, written.booms)
     return Simulators(
         scenario=scenario,
         level=layout.level,

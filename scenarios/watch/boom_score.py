@@ -64,6 +64,7 @@ class BoomScore:
         self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth)
         self._area = np.array(settings.area)
         self._oil_in_area: float | None = None  # [m3]
+        self._held_back = 0.0  # [m3]
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
         self.strength_share: float | None = None  # [-] largest along the boom now; None without a strength
@@ -125,7 +126,9 @@ class BoomScore:
         series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
         if self.closures is not None:
             series["metrics/closure_loss_rate"] = self.closures.rate
-            series["metrics/oil_held_back"] = self.closures.held_back
+        self._held_back = self._put_back(slick)
+        if self.closures is not None or self._held_back > 0.0:
+            series["metrics/oil_held_back"] = self._held_back
         if len(self._area):
             if slick is None:
                 within = beside(oil[0], self._area, self._tank.period)[:, :2]
@@ -184,9 +187,8 @@ class BoomScore:
             begun = self._losses.begun
             self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
             self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
-        if self.closures is not None:
-            back = "its skirt is too few particles deep to hold oil as a real one does: oil that slips under it is put back (modelled)"
-            self._tell_once("held back", self.closures.held_back > 0.0, back)
+        back = "its skirt is too few particles deep to hold oil as a real one does: oil that slips under it is put back (modelled)"
+        self._tell_once("held back", self._held_back > 0.0, back)
         if first is not None:
             self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / KNOT:.2f} kn")
         if gross is not None:
@@ -202,6 +204,12 @@ class BoomScore:
             self._told.remove(loss)
             text = f"has taken back what it had lost: its {loss} does not count"
             self._notices.append(Notice(text, level="info", source=f"boom {self.name}"))
+
+    def _put_back(self, slick: SlickParticipant | None) -> float:
+        """Return the oil [m3] that particles let slip under the skirt and that was put back, since the start."""
+        if slick is not None:
+            return float(slick.get(f"{self.name}.held_back"))
+        return 0.0 if self.closures is None else self.closures.held_back
 
     def _tell_once(self, key: str, happens: bool, text: str) -> None:
         if happens and key not in self._told:
@@ -264,6 +272,7 @@ class BoomScore:
             "told": sorted(self._told),
             "ended": self._ended,
             "oil_in_area": self._oil_in_area,
+            "held_back": self._held_back,
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
@@ -278,6 +287,7 @@ class BoomScore:
         self._time, self._worst = saved["time"], dict(saved["worst"])
         self._told, self._notices = set(saved["told"]), []
         self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]
+        self._held_back = saved["held_back"]
 
     def summary(self) -> dict[str, Any]:
         """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
@@ -296,7 +306,7 @@ class BoomScore:
             "passed_m3": report.passed,
             "taken_back_m3": report.recovered,
             "lost_modelled_share": sum(report.lost_modelled.values()) / report.lost if report.lost > 0.0 else None,
-            "held_back_m3": 0.0 if self.closures is None else self.closures.held_back,
+            "held_back_m3": self._held_back,
             "oil_in_area_m3": self._oil_in_area,
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }

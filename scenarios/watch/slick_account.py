@@ -1,4 +1,4 @@
-"""The slick of a run without particles, in the terms of accounts and frames that particles have."""
+"""The slick of a run without particles, or outside its windows, in the terms of accounts and frames that particles have."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
 
 def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) -> ContainmentReport:
-    """Return a boom's report with the oil [m3] held and lost as parcels, all of it modelled, and removed by skimmers."""
+    """Return a boom's report with the oil [m3] held, lost, and removed by skimmers; what no particle carried past is modelled."""
     lost = {cause: float(slick.get(f"{boom}.passed.{cause}")) for cause in CAUSES}
     lost = {cause: volume for cause, volume in lost.items() if volume > 0.0}
+    modelled = {cause: volume - float(slick.get(f"{boom}.carried.{cause}")) for cause, volume in lost.items()}
     held, free = float(slick.get(f"{boom}.held")), float(slick.get("afloat"))
     return replace(
         report,
@@ -32,7 +33,7 @@ def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) ->
         removed=float(slick.get("recovered")),
         lost=sum(lost.values()),
         lost_by_cause=lost,
-        lost_modelled=lost,
+        lost_modelled=modelled,
     )
 
 
@@ -70,13 +71,16 @@ def volumes(slick: SlickParticipant) -> Mapping[str, Any]:
     """Return the summary's `oil_m3` of a slick."""
     account = slick.slick.account
     lost = {cause: volume for cause, volume in account.lost_by_cause.items() if volume > 0.0}
+    carried = dict(zip(CAUSES, slick.slick.losses.carried.sum(axis=1).tolist(), strict=True))
+    # a parcel does not remember who carried it out: of what was lost and taken back, the particles' part counts as still lost
+    modelled = {cause: max(0.0, volume - carried[cause]) for cause, volume in lost.items()}
     return {
         "released": account.released,
         "afloat": account.released - account.recovered - account.stranded,
         "retained": account.held,
         "free": account.afloat,
         "lost": lost | {"left_the_tank": 0.0},
-        "lost_modelled": lost,
+        "lost_modelled": modelled,
         "recovered": account.recovered,
         "ashore": account.stranded,
         "resolved": account.resolved,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tracemalloc
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,8 @@ from coupling.fmu.model_description import FILE, read_description
 from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
-from scenarios.schema.liquid import CylinderFill, SphereFill, Tank
-from scenarios.setup import cost
+from scenarios.schema.liquid import BlockFill, CylinderFill, SphereFill, Tank
+from scenarios.setup import cost, layout
 from scenarios.setup.fill_lattice import Lattice, region_points
 
 SPACING = 0.1
@@ -47,6 +48,43 @@ def test_a_sphere_holds_every_point_of_the_lattice_within_it() -> None:
     everything = Lattice(tank, SPACING, 3).box(tank.lower, tank.upper)
     expected = everything[np.linalg.norm(everything - fill.center, axis=1) <= fill.radius]
     np.testing.assert_array_equal(region_points(fill, tank, SPACING, 3), expected)
+
+
+def test_a_plane_scene_does_not_care_how_deep_its_tank_is_across_the_plane() -> None:
+    fill = BlockFill(phase="water", lower=(0.0, -1e9, 0.0), upper=(1.0, 1e9, 1.0))
+    inset = replace(fill, inset=0.5)
+    deep = Tank(lower=(0.0, -1e9, 0.0), upper=(1.0, 1e9, 2.0))
+    for each, count in ((fill, 100), (inset, 81)):
+        points = region_points(each, deep, SPACING, 2)
+        assert len(points) == count
+        assert (points[:, 1] == 0.0).all()
+
+
+@pytest.mark.parametrize("entry", ["tank.upper.1=1e9", "tank.lower.1=-1e300"])
+def test_a_plane_scenario_with_a_tank_of_any_depth_is_checked(entry: str) -> None:
+    assert main(["check", "drop-in-air", "--set", entry]) in (0, 2)
+
+
+@pytest.mark.parametrize("length", ["1e6", "2147483648"])
+def test_hulls_longer_than_any_ship_are_refused(length: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "tow-speed-ramp", "--set", f"vessels.starboard.length={length}"]) == 2
+    assert "at most 1000 m" in capsys.readouterr().err
+
+
+def test_a_body_too_large_to_sample_is_refused_and_not_looked_for_in_the_liquid(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It would cross a tank that repeats a hundred thousand times."""
+    looked_for = layout.clear_of
+
+    def small_only(solids, *others):
+        found = list(solids)
+        assert not found
+        return looked_for(found, *others)
+
+    monkeypatch.setattr(layout, "clear_of", small_only)
+    assert main(["check", "floating-box", "--set", "bodies.box.size=[1e6, 1e6, 1.0]"]) == 2
+    assert "cannot be sampled" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", ["check", "run"])

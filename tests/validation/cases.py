@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from tests.validation.bodies.boom_flume import BOOM_FLUME
 from tests.validation.bodies.boom_in_waves import BOOM_IN_WAVES
 from tests.validation.bodies.boom_losses import BOOM_LOSSES, BOOM_RAMP
 from tests.validation.bodies.boom_slice import BOOM_HELD_OUT, BOOM_ROUNDING, BOOM_SLICE
 from tests.validation.bodies.floating import ARCHIMEDES, SUBMERGED
-from tests.validation.bodies.harbour_flume import HARBOUR_FLUME
+from tests.validation.bodies.flumes.boom_flume import BOOM_FLUME
+from tests.validation.bodies.flumes.harbour_flume import HARBOUR_FLUME
 from tests.validation.bodies.released import HEAVE_DECAY, PLANE_RELEASE, RELEASE, SURFACING
 from tests.validation.bodies.towed_cylinder import TOWED_CYLINDER
 from tests.validation.bodies.towing import TOWED_PLATE, TOWED_SKIRT
@@ -16,6 +16,7 @@ from tests.validation.bodies.window_agreement import WINDOW_AGREEMENT
 from tests.validation.bodies.without_particles import WITHOUT_PARTICLES
 from tests.validation.case import Case
 from tests.validation.liquids.channel import LAYERED, START_UP
+from tests.validation.liquids.corner_jet import CORNER_JET
 from tests.validation.liquids.dam_break import DAM_FRONT, DAM_PRESSURE
 from tests.validation.liquids.drop import CONSERVATION, ELLIPTICAL_DROP
 from tests.validation.liquids.hydrostatics import STILL_COLUMN
@@ -41,7 +42,7 @@ CASES: tuple[Case, ...] = tuple(
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, TOWED_PLATE, TOWED_SKIRT,
             TOWED_CYLINDER, BOOM_FLUME, BOOM_LOSSES, BOOM_RAMP, BOOM_SLICE, BOOM_ROUNDING, HARBOUR_FLUME, BOOM_HELD_OUT, THICK_REST,
             SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM, WINDOW_AGREEMENT, INTERFACIAL_DROP, RISING_BUBBLE, INTERFACE_SHEAR,
-            CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME, THICK_TOW,
+            CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME, THICK_TOW, CORNER_JET,
         ),
         key=lambda case: case.number,
     )

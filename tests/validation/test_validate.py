@@ -17,6 +17,7 @@ from tests.validation.bodies.released import cylinder_added_mass, sphere_added_m
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, select
 from tests.validation.liquids.channel import couette, poiseuille
+from tests.validation.liquids.corner_jet import plate_of
 from tests.validation.liquids.wave_drift import DEPTH, Wave
 from tests.validation.liquids.waves import exact_omega, interface_roots
 from tests.validation.rigid import disc
@@ -106,7 +107,7 @@ def test_unknown_case_is_refused(capsys):
 def test_cases_are_chosen_by_name_or_number():
     assert [case.number for case in select("13, still-column")] == [1, 13]
     assert select("") == list(CASES)
-    assert len({case.name for case in CASES}) == len(CASES) == 49
+    assert len({case.name for case in CASES}) == len(CASES) == 50
 
 
 def test_reference_solutions_agree_with_the_tables():
@@ -163,3 +164,17 @@ def test_turning_points_of_a_decaying_cosine():
     # a parabola through three samples either side: off by about z'''/z'' (3 h)^2 / 10 at most
     assert [t for t, _ in found] == pytest.approx(expected, abs=2e-3)
     assert [z for _, z in found] == pytest.approx([math.exp(-0.2 * t) * math.cos(t) for t in expected], abs=1e-4)
+
+
+@pytest.mark.parametrize("height", [0.5, 1.0, 3.0, math.inf])
+def test_theory_of_a_jet_on_a_plate_keeps_momentum(height):
+    """The plate takes what the jet loses along its way: 2 (1 - sin beta) in rho U^2 h / 2."""
+    plate = plate_of(height)
+    speeds = np.linspace(0.0, 1.0 - 1e-6, 4001)
+    slope = np.array([plate.slope(speed) for speed in speeds])
+    force = np.trapezoid((1.0 - speeds**2) * slope, speeds)
+    assert force == pytest.approx(2.0 * (1.0 - math.sin(plate.beta)), rel=1e-3)
+    assert plate.pressure(1e-6) == pytest.approx(1.0, abs=1e-9)
+    assert plate.pressure(0.4) == pytest.approx(
+        1.0 - np.interp(0.4, [plate.height_of(q) for q in speeds[:3000:20]], speeds[:3000:20]) ** 2, abs=1e-3
+    )

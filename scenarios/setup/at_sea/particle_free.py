@@ -44,6 +44,11 @@ def without_particles(scenario: Scenario) -> Scenario:
     return replace(scenario, fluid=fluid, fill={}, emitters={}, probes=probes, sea=sea, forcing=forcing)
 
 
+def sea_depth(scenario: Scenario) -> float:
+    """Return the depth [m] of the sea of a run without particles, or outside its windows."""
+    return (scenario.sea or _sea_of_the_tank(scenario)).depth
+
+
 def left_out(scenario: Scenario) -> tuple[str, ...]:
     """Say what of the scenario as written a run without particles leaves out; empty for other runs."""
     if scenario.run.has_particles:

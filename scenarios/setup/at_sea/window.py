@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from booms.losses.closure_losses import STANDING
+from booms.losses.rates import Closures
+from booms.losses.resolution import Resolution
 from coupling.assembly import FLUID, CoupledBodies, couple_participant
 from coupling.participants.rigid_bodies import Asked
 from coupling.participants.slick import SlickParticipant
@@ -16,34 +19,27 @@ from oilsim.phases import Phase
 from oilsim.sea import Sea
 from oilsim.window.joint_exchange import JointExchange
 from oilsim.window.oil_exchange import OilExchange
+from oilsim.window.resolved_parcels import CoarseSkirts
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
-from scenarios.schema.exercise import body_of
+from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
-from scenarios.schema.window import window_place
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.placed_solids import Solid, sampled
 
-# [1] layers of water that a window needs; numerical; as its own depth
-LEAST_LAYERS = 4
-
 
 def build_windows(scenario: Scenario, sea: Sea) -> dict[str, Window]:
-    """Fill the windows of a scenario with water, other liquids come later; ScenarioError on water too shallow for their particles."""
+    """Fill the windows of a settled scenario with water; other liquids come later."""
     phases = sorted(scenario.phases.items(), key=lambda item: item[1].is_oil)
     liquids = tuple(
         Phase(name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, adhesion=phase.adhesion)
         for name, phase in phases
     )
-    windows, depth = {}, sea.description.depth
+    windows = {}
     for number, (name, table) in enumerate(scenario.window.items()):
         settings = table.settings(scenario.fluid)
-        if depth < LEAST_LAYERS * settings.spacing:
-            key = "fluid.particle_spacing" if table.detail is None else f"{window_place(name, scenario.window)}.detail"
-            text = f"is {settings.spacing:g} m, allowed in a window on water {depth:g} m deep: up to a quarter of that"
-            raise ScenarioError([Problem(key, text)], scenario.name)
         windows[name] = Window(settings, sea, liquids, scenario.run.threads, number)
     return windows
 
@@ -89,12 +85,23 @@ def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
     }
 
 
-def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant) -> None:
+def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, booms: Mapping[str, BoomSettings]) -> None:
     """Let a slick's oil become particles of the windows and back, and let the windows' water carry what stays parcels."""
-    exchanges, flow = [OilExchange(one) for one in windows.values()], slick.flow
+    exchanges = [OilExchange(one, _coarse_skirts(one.settings.spacing, slick, booms)) for one in windows.values()]
+    flow = slick.flow
     for one in exchanges:
         flow = WindowFlow(flow, one.surface)
     slick.meet(exchanges[0] if len(exchanges) == 1 else JointExchange(exchanges), flow)
+
+
+def _coarse_skirts(spacing: float, slick: SlickParticipant, booms: Mapping[str, BoomSettings]) -> CoarseSkirts:
+    """Return the skirts under which closures decide what particles of a spacing [m] lose: those of booms that have closures."""
+    depth = np.zeros(len(slick.slick.barriers))
+    for name, boom in booms.items():
+        skirt = boom.skirt_depth
+        if boom.losses == "closures" and not Resolution(spacing=spacing, skirt_depth=skirt).drainage:
+            depth[slick.slick.barriers.rows(name)] = skirt
+    return CoarseSkirts(depth, STANDING, Closures.planing_angle)
 
 
 def targets_of(scenario: Scenario, fleet: Fleet) -> dict[str, Target]:

@@ -10,12 +10,14 @@ import pytest
 from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.phases import Phase
 from oilsim.sea import CurrentProfile, RegularWaves, Sea, SeaDescription, SteadyFlow
-from oilsim.slick.barriers import Boom
+from oilsim.slick.barriers import Boom, Immersion
+from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.surface_flow import UniformFlow
 from oilsim.window.oil_exchange import OilExchange
+from oilsim.window.resolved_parcels import CoarseSkirts
 from oilsim.window.settings import WindowSettings
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
@@ -30,14 +32,14 @@ PARTICLE = SPACING**3
 class Meeting:
     """A window that stays at a place, with a slick that drifts by."""
 
-    def __init__(self, booms: tuple[Boom, ...] = (), **sea: object) -> None:
+    def __init__(self, booms: tuple[Boom, ...] = (), skirts: CoarseSkirts | None = None, **sea: object) -> None:
         settings = WindowSettings(size=(4.8, 4.8), depth=0.8, spacing=SPACING, rim=0.8, sleep_speed=0.02)
         self.window = Window(settings, Sea(SeaDescription(depth=10.0, **sea)), (WATER, CRUDE), threads=1)  # type: ignore[arg-type]
         self.slick = Slick(SlickSettings(loss_volume=0.02, water_density=1027.0), booms)
         flow = self.window.motion.sea.description.surface_current
         self.flow = UniformFlow((0.0, 0.0) if flow is None else (CURRENT, 0.0))
         self.participant = SlickParticipant("slick", self.slick, CarryingSea(self.flow))
-        self.exchange = OilExchange(self.window)
+        self.exchange = OilExchange(self.window, skirts)
         self.participant.meet(self.exchange, WindowFlow(self.flow, self.exchange.surface))
         self.time = 0.0
 
@@ -114,10 +116,40 @@ def test_a_slick_thinner_than_a_particle_stays_parcels_and_is_carried_along(meet
     assert abs(moved[1]) < 0.01
 
 
+NODES = [[-2.0, -1.4], [0.0, -1.4], [0.0, 0.0], [0.0, 1.4], [-2.0, 1.4]]
+STREAM = CurrentProfile(flow=SteadyFlow(speed=CURRENT))
+
+
+@pytest.mark.parametrize(("draft", "lean", "holds"), [(0.1, 0.3, True), (0.1, 1.0, False), (0.04, 0.3, False)])
+def test_a_coarse_skirt_holds_back_what_drains_under_it_while_it_stands(
+    meet: type[Meeting], draft: float, lean: float, holds: bool
+) -> None:
+    """The particles know no skirt here and pass under its foot; one of 0.1 m that stands keeps their parcels, another loses them."""
+    skirts = CoarseSkirts(np.full(4, 0.1), 0.5, 0.8)
+    case = meet((Boom(name="pocket", nodes=NODES, draft=draft),), skirts, current=STREAM)
+    case.slick.move("pocket", NODES, Immersion(draft=draft, lean=lean))
+    case.slick.release(OIL, 1.2, count=400, center=(-1.9, 0.0), radius=1.0, age=5.0)
+    for _ in range(25):
+        case.step()
+        case.require_exact()
+    losses, account = case.slick.losses, case.slick.account
+    drained = losses.gone[LossCause.DRAINAGE].sum()
+    np.testing.assert_array_equal(losses.carried, losses.gone)  # no closure acts here
+    if holds:
+        assert drained == 0.0
+        assert losses.held_back.sum() > 0.05
+        assert account.lost == 0.0
+        assert case.slick.parcels.position[:, 0].max() < 0.3, (
+            "all of it lies before the line, or is a particle on its way back"
+        )
+    else:
+        assert losses.held_back.sum() == 0.0
+        assert drained > 0.05
+
+
 def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: type[Meeting]) -> None:
     """The line holds parcels until they are as thick as a particle; the particles know no skirt here, pass, and are booked as lost."""
-    nodes = [[-2.0, -1.4], [0.0, -1.4], [0.0, 0.0], [0.0, 1.4], [-2.0, 1.4]]
-    case = meet((Boom(name="pocket", nodes=nodes, draft=0.6),), current=CurrentProfile(flow=SteadyFlow(speed=CURRENT)))
+    case = meet((Boom(name="pocket", nodes=NODES, draft=0.6),), current=STREAM)
     case.slick.release(OIL, 1.2, count=400, center=(-1.9, 0.0), radius=1.0, age=5.0)
     for _ in range(25):
         case.step()

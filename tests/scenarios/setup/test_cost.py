@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.setup.cost import estimate
+from scenarios.setup.simulators import build_simulators
+
+FINE = """
+name = "fine"
+title = "Oil on water in a shallow dish"
+run = {{ duration = 1.0 }}
+fluid = {{ particle_spacing = {spacing}, dimension = 2, interfacial_tension = true }}
+tank = {{ lower = [0.0, 0.0, 0.0], upper = [0.06, 0.06, 0.06], open = ["+z"] }}
+[phases]
+water = {{ density = 1027.0, dynamic_viscosity = 1.05e-3 }}
+oil = {{ density = 840.0, dynamic_viscosity = 9.0e-3, interfacial_tension = 0.02 }}
+[fill]
+water = {{ shape = "slab", phase = "water", bottom = 0.0, top = 0.018 }}
+oil = {{ shape = "slab", phase = "oil", bottom = 0.018, top = 0.03 }}
+"""
 
 
 def test_particles_of_calm_spread() -> None:
@@ -38,6 +55,21 @@ def test_finer_particles_cost_more() -> None:
     assert fine.steps >= coarse.steps
     assert fine.seconds > coarse.seconds
     assert fine.memory > coarse.memory
+
+
+def test_check_and_run_tell_an_assumed_tension_without_booms_and_interfaces_that_break_up(tmp_path: Path) -> None:
+    """At a spacing of 1.5 mm, 0.8 sigma / (rho g d) of oil of 840 kg/m3 is 1.3 mm, at 2 mm it is less than half a spacing."""
+    tension = "fluid.interfacial_tension=true"
+    assumed = "the interfacial tension of 'oil' is not given: 0.02 N/m is assumed"
+    assert estimate(load_scenario("two-layer", overrides=[tension]).scenario).told == (assumed,)
+    for spacing, words in ((0.0015, ("interfaces break up down to 1.3 mm",)), (0.002, ())):
+        path = tmp_path / "fine.toml"
+        path.write_text(FINE.format(spacing=spacing))
+        scenario = load_scenario(path).scenario
+        notes = build_simulators(scenario).notes
+        told = estimate(scenario).told
+        assert len(told) == len(notes) == len(words)
+        assert all(text.startswith(words) for text in (*told, *notes))
 
 
 def test_check_tells_thin_air_a_tank_that_is_not_full_and_the_step_of_tension() -> None:

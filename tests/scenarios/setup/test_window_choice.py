@@ -65,8 +65,15 @@ def test_bad_detail_is_refused(setting: str, place: str, text: str) -> None:
     assert text in str(caught.value)
 
 
-def test_water_too_shallow_for_the_particles_is_refused() -> None:
-    from scenarios.build import build
+@pytest.mark.parametrize("spacing", ["fluid.particle_spacing=0.25", "window.detail=0.25", 'window.detail="fine"'])
+def test_water_too_shallow_for_the_particles_is_refused_before_a_run(spacing: str) -> None:
+    scenario = sweep("sea.depth=0.3", spacing)
+    with pytest.raises(ScenarioError, match=r"allowed in a window on water 0\.3 m deep: up to a quarter"):
+        estimate(scenario)
 
-    with pytest.raises(ScenarioError, match=r"allowed in a window on water 0\.9 m deep: up to a quarter"):
-        build(sweep("sea.depth=0.9"))
+
+def test_a_window_ends_at_the_bottom_of_its_sea() -> None:
+    deep = sweep("sea.depth=1.5", "window.size=[8.0, 8.0]")
+    (window,) = settled(deep).window.values()
+    assert window.depth == 1.5
+    assert "8 by 8 m, 1.5 m deep, 6,144 particles" in "\n".join(estimate(deep).told)

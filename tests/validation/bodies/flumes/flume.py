@@ -70,13 +70,22 @@ def unit_of_speed(oil_density: float, draft: float) -> float:
 
 
 def fill_flume(
-    bench: Bench, shape: Flume, spacing: float, oil_density: float, speed: float, lean: float = 0.0
+    bench: Bench,
+    shape: Flume,
+    spacing: float,
+    oil_density: float,
+    speed: float,
+    lean: float = 0.0,
+    tension: float = 0.0,
 ) -> tuple[Fluid, Current]:
-    """The flume with its skirt, which leans back by `lean` [rad], filled and in motion at `speed` [m/s]; and its current."""
+    """Fill the flume, in motion at `speed` [m/s], and return it with its current.
+
+    lean: of the skirt, back [rad]; tension: between oil and water [N/m], 0 for none.
+    """
     draft, depth, length = shape.draft, shape.level, shape.period(spacing)
     phases = (
         Phase(name="water", rest_density=WATER_DENSITY, dynamic_viscosity=WATER_VISCOSITY),
-        Phase(name="oil", rest_density=oil_density, dynamic_viscosity=OIL_VISCOSITY),
+        Phase(name="oil", rest_density=oil_density, dynamic_viscosity=OIL_VISCOSITY, interfacial_tension=tension),
     )
     config = FluidConfig(
         particle_spacing=spacing, phases=phases, dimension=2, lower=(0.0, -1.0, -4.0 * spacing),

@@ -1,0 +1,1 @@
+"""Flumes with a skirt that holds oil in a current."""

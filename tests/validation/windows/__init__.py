@@ -1,0 +1,1 @@
+"""Windows against particles everywhere and against formulas."""
