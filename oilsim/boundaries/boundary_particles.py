@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation, plane_integral
+from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
 from oilsim.phases import Wetting
 from oilsim.quantity import quantity_of, require
 
@@ -104,6 +104,15 @@ def half_space_integral(distance: float, dimension: int) -> float:
 def wall_coverage(distance: float, dimension: int) -> float:
     """Return sum_b V_b W [1] of a flat wall at `distance` [d] from it."""
     return sum(plane_integral(distance + layer + 0.5, dimension) for layer in range(LAYERS))
+
+
+def plane_integral(distance: float, dimension: int) -> float:
+    """Return the integral of the kernel (spacing 1) over a plane `distance` [d] away [1/d]; over a line in two dimensions."""
+    across = np.linspace(0.0, SUPPORT, 601)
+    around = 2.0 * np.pi * across if dimension == 3 else np.full_like(across, 2.0)
+    sigma = normalisation(1.0, dimension)
+    values = kernel(np.hypot(distance, across) / SUPPORT, sigma)
+    return float(np.trapezoid(values * around, across))
 
 
 def _axis_places(

@@ -10,18 +10,15 @@ r_b being the arm from the body's centre of mass to b. A contact is a particle t
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import ONE
 from oilsim.backend.jit import FAST, inlined
 from oilsim.boundaries.walls import WallParticles
-from oilsim.neighborhood.neighbor_search import Pairs, indices, nearest_images
-from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
+from oilsim.neighborhood.neighbor_search import Pairs, indices
 
 Real = NDArray[np.float32]
 Index = NDArray[np.uint32]
@@ -155,37 +152,6 @@ def find_contacts(pairs, wall_gradient, contacts):
         k = pairs.pair[n]
         add_wrench(contacts.jacobian, c, pairs.arm, n, wall_gradient[0, k], wall_gradient[1, k], wall_gradient[2, k])
     return found
-
-
-@njit(**FAST)
-def sum_bodies(contacts, pairs, hood, jacobian, coverage, slope):
-    """Sum over moving bodies: sum_b V_b (grad W_ib, r_b x grad W_ib) of each contact, and coverage and slope of each particle.
-
-    contacts          the step's `Contacts`
-    pairs             the step's `BodyPairs`
-    hood              the `Neighborhood`
-    jacobian (K, 6)   becomes the sum of each contact [1/m, 1]
-    coverage (N,)     sum_b V_b W_ib is added to it [1]
-    slope (3, N)      sum_b V_b grad W_ib is added to it [1/m]
-    """
-    inverse_support = ONE / hood.support
-    factor = inverse_support * inverse_support
-    jacobian[:] = 0.0
-    for n in range(pairs.particle.size):
-        i, b = pairs.particle[n], pairs.point[n]
-        dx, dy, dz = nearest_images(
-            hood.points[i, 0] - hood.wall_points[b, 0],
-            hood.points[i, 1] - hood.wall_points[b, 1],
-            hood.points[i, 2] - hood.wall_points[b, 2],
-            hood.period,
-        )
-        q = min(np.float32(math.sqrt(dx * dx + dy * dy + dz * dz)) * inverse_support, ONE)
-        steep = factor * hood.wall_points[b, 3] * kernel_slope_over_q(q, hood.sigma)
-        coverage[i] += hood.wall_points[b, 3] * kernel(q, hood.sigma)
-        slope[0, i] += steep * dx
-        slope[1, i] += steep * dy
-        slope[2, i] += steep * dz
-        add_wrench(jacobian, contacts.of_pair[n], pairs.arm, n, steep * dx, steep * dy, steep * dz)
 
 
 def gather_contacts(pairs: BodyPairs, wall_gradient: Real) -> Contacts:

@@ -2,21 +2,17 @@
 
 A splash drop has no density with which to resist when it meets a wall, and a particle that goes further in one step than its distance from
 a wall would cross it. The wall's own coverage of the kernel, sum_b V_b W_ib, tells the distance h_i: that from a flat wall of the same
-coverage. The coverage's gradient s_i tells the direction. An inelastic contact keeps particles from crossing in the coming step, and
-loose ones NEAREST from the wall (h_c is NEAREST for these, else 0):
+coverage. The coverage's gradient s_i tells the direction. An inelastic contact keeps particles from crossing in the coming step, and drops
+NEAREST from the wall (h_c is NEAREST for a drop, else 0):
 
     (v_i - v_b) . n_i <= (h_i - h_c)+ d / dt,     n_i = s_i / |s_i|,  s_i = sum_b V_b grad W_ib,     by  v_i -= beta_i s_i,
 
-and bodies receive m_i beta_i s_i. Loose are the particles at a free surface. Others have pressure to keep them off, and rightly lie nearer
-where two walls meet. A drop that is nearer all the same is moved out along -n. Drops are particles whose kernel holds hardly any liquid
-beside their own. Walls at rest and moving bodies are met one after the other: the slope of both together would point between them, and a
-particle that leaves one could go into the other.
+and bodies receive m_i beta_i of their part of s_i. A drop that is nearer all the same is moved out along -n. Drops are particles whose
+kernel holds hardly any liquid beside their own. Others have pressure to keep them off, and rightly lie nearer where two walls meet.
 
 Between walls that face each other, as a hull and the floor, s_i cancels: there is no side on which to stop, and 1 / |s_i| would make a
 small excess a huge kick. So a contact takes at least OPPOSED of the slope that a flat wall of the same coverage has. All contacts of a
 splash in a tank had 0.78 to 1.09 of it, and near walls and skirts all particles but a thousandth have more than 0.56.
-
-Contacts are those with the whole wall, whatever of it is wet (`wet_walls`).
 """
 
 from __future__ import annotations
@@ -31,7 +27,6 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, load, spread, store
 from oilsim.gradients.particle_sums import coverage_and_slope
-from oilsim.gradients.wet_walls import WHOLE
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
 
 # [d] distance from the wall at which a drop's contact begins; numerical; not on record
@@ -54,19 +49,13 @@ class WallSums(NamedTuple):
     """Sums over the neighbours of N particles.
 
     coverage     (N,) sum_b V_b W_ib, the walls' share of the kernel [1]
-    wet          (N,) that of what is wet of them (see `wet_walls`) [1]
     slope        (3, N) s_i = sum_b V_b grad W_ib [1/m]
-    compression  (N,) sum V W - 1 over liquid and wet walls [1]
-    loose        (N,) whether a particle lies at a free surface, as drops do
-    between      (N,) whether walls face each other across a particle
+    compression  (N,) sum V W - 1 over liquid and walls [1]
     """
 
     coverage: NDArray[np.float32]
-    wet: NDArray[np.float32]
     slope: NDArray[np.float32]
     compression: NDArray[np.float32]
-    loose: NDArray[np.bool_]
-    between: NDArray[np.bool_]
 
 
 class ContactRule(NamedTuple):
@@ -119,17 +108,6 @@ def flat_wall(coverage, coverages):
 
 
 @njit(**FAST)
-def find_walls_between(begin, end, coverage, slope, rule, between):
-    """Fill `between` (N,) with whether walls face each other across a particle: their slope is less than OPPOSED of a flat wall's.
-
-    coverage (N,) [1] and slope (3, N) [1/m] of all walls; rule: the `ContactRule`.
-    """
-    for i in range(begin, end):
-        size = math.sqrt(slope[0, i] ** 2 + slope[1, i] ** 2 + slope[2, i] ** 2)
-        between[i] = size * rule.spacing < OPPOSED * flat_wall(coverage[i], rule.coverages)[1]
-
-
-@njit(**FAST)
 def wall_contact(begin, end, sums, rule, rate, reach, velocity, strength):
     """Stop particles that would cross a wall, and drops NEAREST to it; change `velocity` (3, N) [m/s] and fill `strength` (N,).
 
@@ -141,13 +119,15 @@ def wall_contact(begin, end, sums, rule, rate, reach, velocity, strength):
     """
     for i in range(begin, end):
         strength[i] = np.float32(0.0)
-        if rate[i] <= np.float32(0.0) or sums.between[i]:
+        if rate[i] <= np.float32(0.0):
             continue
         hx, hy, hz = sums.slope[0, i], sums.slope[1, i], sums.slope[2, i]
         size = math.sqrt(hx * hx + hy * hy + hz * hz) + TINY
-        gap, _ = flat_wall(sums.coverage[i], rule.coverages)
+        gap, steepness = flat_wall(sums.coverage[i], rule.coverages)
+        if size * rule.spacing < OPPOSED * steepness:
+            continue
         approach = rate[i] / size
-        if sums.loose[i]:
+        if np.float32(1.0) + sums.compression[i] - sums.coverage[i] < rule.drop:
             gap -= NEAREST
         excess = approach - max(gap, np.float32(0.0)) * reach
         if excess > np.float32(0.0):
@@ -164,7 +144,7 @@ def sum_walls(begin, end, hood, coverage, slope):
     for i in range(begin, end):
         coverage[i] = slope[0, i] = slope[1, i] = slope[2, i] = ZERO
         if hood.walls.number[i] > 0:
-            coverage[i], (slope[0, i], slope[1, i], slope[2, i]) = coverage_and_slope(i, hood, WHOLE)
+            coverage[i], (slope[0, i], slope[1, i], slope[2, i]) = coverage_and_slope(i, hood)
 
 
 @njit(**FAST)
@@ -175,10 +155,11 @@ def wall_push(begin, end, sums, rule, position):
     """
     for i in range(begin, end):
         excess = sums.coverage[i] - rule.nearest
-        is_drop = np.float32(1.0) + sums.compression[i] - sums.wet[i] < rule.drop
-        if excess > np.float32(0.0) and is_drop and not sums.between[i]:
+        if excess > np.float32(0.0) and np.float32(1.0) + sums.compression[i] - sums.coverage[i] < rule.drop:
             hx, hy, hz = sums.slope[0, i], sums.slope[1, i], sums.slope[2, i]
             size = math.sqrt(hx * hx + hy * hy + hz * hz) + TINY
+            if size * rule.spacing < OPPOSED * flat_wall(sums.coverage[i], rule.coverages)[1]:
+                continue
             length = min(excess / size, LARGEST_PUSH * rule.spacing) / size
             position[0, i] -= length * hx
             position[1, i] -= length * hy

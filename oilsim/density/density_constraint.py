@@ -63,7 +63,7 @@ def density_and_diagonal(begin, end, hood, compression, diagonal, gradient_sum):
             square += slope * slope * squared * weight
         covered, (sx, sy, sz) = ZERO, (ZERO, ZERO, ZERO)
         if hood.walls.number[i] > 0:
-            covered, (sx, sy, sz) = coverage_and_slope(i, hood, hood.surface_planes[i])
+            covered, (sx, sy, sz) = coverage_and_slope(i, hood)
         sx, sy, sz = sx + summed(gx), sy + summed(gy), sz + summed(gz)
         gradient_sum[0, i], gradient_sum[1, i], gradient_sum[2, i] = sx, sy, sz
         own = sx * sx + sy * sy + sz * sz
@@ -85,7 +85,7 @@ def density_constraint(begin, end, hood, compression):
             content += only(present, kernel(root(dx * dx + dy * dy + dz * dz) * inverse_support, sigma), ZERO)
         covered = ZERO
         if hood.walls.number[i] > 0:
-            covered, _ = coverage_and_slope(i, hood, hood.surface_planes[i])
+            covered, _ = coverage_and_slope(i, hood)
         compression[i] = hood.volume * (sigma + summed(content)) + covered - ONE
 
 
@@ -130,7 +130,7 @@ def density_push(begin, end, hood, multiplier, push):
             pz += slope * dz
         bx = by = bz = ZERO
         if own != ZERO and hood.walls.number[i] > 0:
-            _, (bx, by, bz) = coverage_and_slope(i, hood, hood.surface_planes[i])
+            _, (bx, by, bz) = coverage_and_slope(i, hood)
         mobility = points[i, 3]
         push[0, i] = mobility * (factor * summed(px) + own * bx)
         push[1, i] = mobility * (factor * summed(py) + own * by)

@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 
 from oilsim.backend.float32 import HALF, ONE, TWO, ZERO
 from oilsim.backend.jit import FAST, inlined
+from oilsim.boundaries.boundary_particles import plane_integral
 from oilsim.gradients.flow import velocity_gradient
 from oilsim.gradients.free_surface import SPRAY
-from oilsim.gradients.wet_walls import ENTRIES, flat_surface
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 
 # [t_u] time in which a swollen or shrunken liquid returns to its density; tuned; not on record
@@ -42,6 +42,10 @@ RETURN = 1.5
 RETURN_IN_A_BOX = 7.5
 # [1] largest share of the volume that strain and density each ask for in their time; measured; a drop that hits water is not thrown back
 LARGEST_RETURN = np.float32(0.05)
+# [1] distances from a free surface at which N is computed; numerical; not on record
+PLACES = 64
+# [1] entries of the table made of them; numerical; not on record
+ENTRIES = 64
 
 
 class SurfaceTable(NamedTuple):
@@ -71,8 +75,10 @@ class FeedbackScales(NamedTuple):
 @lru_cache
 def surface_table(spacing: float, dimension: int) -> SurfaceTable:
     """Return the table of N for a particle spacing d [m]."""
-    _, missing, slope = flat_surface(dimension)
-    ratio, share = slope[::-1], 1.0 - missing[::-1]
+    distance = np.linspace(0.0, SUPPORT, PLACES)
+    slope = np.array([plane_integral(float(s), dimension) for s in distance])
+    missing = np.concatenate([np.cumsum((0.5 * (slope[1:] + slope[:-1]) * np.diff(distance))[::-1])[::-1], [0.0]])
+    ratio, share = (slope / (1.0 - missing))[::-1], (1.0 - missing)[::-1]
     layers, found = np.array([_lattice_layer(depth, dimension) for depth in (2, 1, 0)]).T
     steps = np.linspace(0.0, ratio[-1], ENTRIES)
     least = np.interp(steps, ratio, share)

@@ -51,7 +51,6 @@ from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, r
 from oilsim.backend.thread_team import BLOCK
 from oilsim.gradients.flow import GRADIENT, STRENGTH, WEIGHT, velocity_gradient
 from oilsim.gradients.particle_sums import coverage_and_slope
-from oilsim.gradients.wet_walls import WHOLE
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
 
@@ -280,7 +279,7 @@ def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
         to_y = inertia * push[1, i] + weight * summed(py)
         to_z = inertia * push[2, i] + weight * summed(pz)
         if hood.walls.number[i] > 0:
-            coverage, towards = coverage_and_slope(i, hood, WHOLE)
+            coverage, towards = coverage_and_slope(i, hood)
             to_x, to_y, to_z = push_beside_wall(to_x, to_y, to_z, own, coverage, towards, touching)
         push[0, i], push[1, i], push[2, i] = to_x, to_y, to_z
         if first:

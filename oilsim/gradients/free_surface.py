@@ -21,8 +21,9 @@ or to another time within the step:
     THIN to FULL             gradient_correction   smallest eigenvalue of the moment of liquid and walls: Y fades to the lattice's
     REGULAR                  particle_sums         determinant of the liquid's moment: without it there is no velocity gradient
     THIN to FULL             wall_extrapolation    smallest eigenvalue of the liquid's moment: without it no pressure gradient for walls
-    surface_planes           wet_walls             plane beyond which walls are dry
-    PRESSED                  stages.pressure       pressure below which the particle is a drop, whose density does not count
+    OPEN to COVERED          wall_extrapolation    smallest eigenvalue with walls: at the surface walls at rest do not extrapolate
+    FLAT                     wall_extrapolation    |S| H, S the sum of pair vectors: inside the liquid the surface has no normal
+    PRESSED                  wall_extrapolation    pressure below which the particle is a drop: it has an edge, but bears nothing
     openness                 pressure_gradient     |H 1|^2 rho_ref / rho_0: makes the pressure of the coarse grid 0 at the surface
     FEWEST neighbours        pressure_gradient     the paper's scheme leaves spray alone (Bender and Koschier 2016)
     drop                     wall_contact          share of the kernel that liquid fills: drops keep a distance from walls

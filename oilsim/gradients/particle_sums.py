@@ -8,9 +8,8 @@
 j runs over fluid neighbours and b over wall neighbours, x_ij = x_j - x_i, and L_i is the inverse of the fluid's part of M_i (kernel
 gradient correction, Bonet and Lok 1999). Walls have no velocity to differ from, so G takes fluid neighbours alone.
 
-Of a wall, sums take what is wet (`wet_walls`), and only distances from it take all. Density, relaxation and these sums share one sum
-over wall neighbours, `sum_over_walls`. `pressure_gradient.cache_wall_gradients` has its own, because a body must receive exactly the
-vectors that are cached, each corrected and summed in the same order.
+Density, relaxation and these sums share one sum over wall neighbours, `sum_over_walls`. `pressure_gradient.cache_wall_gradients`
+has its own, because a body must receive exactly the vectors that are cached, each corrected and summed in the same order.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from oilsim.backend.simd import LANES, below, gather_four, load, only, root, spr
 from oilsim.gradients.flow import GRADIENT, set_velocity_gradient
 from oilsim.gradients.gradient_correction import fill_correction
 from oilsim.gradients.symmetric_3x3 import determinant, inverse
-from oilsim.gradients.wet_walls import ROUNDS, WHOLE, along_wall, place_plane, wet_share
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
@@ -88,12 +86,12 @@ def sum_over_fluid(i, hood, flow):
 
 
 @inlined
-def sum_over_walls(i, hood, plane, scale):
-    """Sum over the wall neighbours b of particle i below a free surface: coverage, slope and moments.
+def sum_over_walls(i, hood, scale):
+    """Sum over the wall neighbours b of particle i: coverage, slope and moments.
 
-    plane: that of the surface as in `wet_walls`, or WHOLE. Returns the coverage sum_b V_b W_ib [1], and times scale H^2 the slope
-    sum_b V_b grad W_ib [1/m] (3) and the moment sum_b V_b grad W_ib x_ib^T [1] (6); scale: 1 / H^2 [1/m2], or 1 where the sums are scaled
-    afterwards. The compiler removes what a caller does not use.
+    Returns the coverage sum_b V_b W_ib [1], and times scale H^2 the slope sum_b V_b grad W_ib [1/m] (3) and the moment
+    sum_b V_b grad W_ib x_ib^T [1] (6); scale: 1 / H^2 [1/m2], or 1 where the sums are scaled afterwards. The compiler removes what a caller
+    does not use.
     """
     wall, period, walls, sigma = hood.wall_points, hood.period, hood.walls, hood.sigma
     inverse_support = ONE / hood.support
@@ -104,7 +102,7 @@ def sum_over_walls(i, hood, plane, scale):
         b = load(walls.neighbor, k, present)
         dx, dy, dz, volume = separations(i, hood.points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        share = only(present, volume, ZERO) * wet_share(plane, dx, dy, dz)
+        share = only(present, volume, ZERO)
         coverage += share * kernel(q, sigma)
         slope = scale * share * kernel_slope_over_q(q, sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
@@ -122,46 +120,22 @@ def sum_over_walls(i, hood, plane, scale):
 
 
 @inlined
-def coverage_and_slope(i, hood, plane):
-    """Return the coverage sum_b V_b W_ib [1] and the slope sum_b V_b grad W_ib [1/m] (3) of particle i by walls below a free surface.
-
-    hood: `Neighborhood`; plane: that of the surface, or WHOLE.
-    """
+def coverage_and_slope(i, hood):
+    """Return the coverage sum_b V_b W_ib [1] and the slope sum_b V_b grad W_ib [1/m] (3) of particle i; hood: `Neighborhood`."""
     inverse_support = ONE / hood.support
-    coverage, (gx, gy, gz), _ = sum_over_walls(i, hood, plane, ONE)
+    coverage, (gx, gy, gz), _ = sum_over_walls(i, hood, ONE)
     factor = inverse_support * inverse_support
     return coverage, (factor * gx, factor * gy, factor * gz)
 
 
-@inlined
-def wet_walls_beside(i, hood, scale, liquid, slope, depths):
-    """Find the plane of the free surface near particle i beside a wall.
-
-    Returns the sums of `sum_over_walls` over what is wet, and the coverage by what is dry [1]. scale: as for `sum_over_walls`; liquid:
-    V W(0) + sum_j V W_ij [1]; slope: sum_j V grad W_ij [1/m] (3); depths: a `DepthTable`, or None where the whole wall counts.
-    """
-    planes = hood.surface_planes
-    sums = sum_over_walls(i, hood, WHOLE, scale)
-    if depths is not None and place_plane(i, planes, liquid, along_wall(slope, sums[1]), depths):
-        for _ in range(ROUNDS):
-            solid, push, _ = sum_over_walls(i, hood, planes[i], scale)
-            whole = slope[0] + push[0], slope[1] + push[1], slope[2] + push[2]
-            place_plane(i, planes, liquid + solid, whole, depths)
-        whole, sums = sums[0], sum_over_walls(i, hood, planes[i], scale)
-        return sums, whole - sums[0]
-    return sums, ZERO
-
-
 @njit(**FAST)
-def sum_over_neighbors(begin, end, hood, plane, shares, depths, compression, dry, gradient_sum, flow, matrix):
+def sum_over_neighbors(begin, end, hood, plane, shares, compression, gradient_sum, flow, matrix):
     """Fill compression, gradient sum, velocity gradient and correction matrix of the particles begin to end.
 
-    hood                     the `Neighborhood`, whose surface planes are found
+    hood                     the `Neighborhood`
     plane                    whether y is absent
     shares                   the `CorrectionShares`
-    depths                   the `DepthTable` of `wet_walls`, or None where the whole of a wall counts
     compression (N,)         becomes e_i [1]
-    dry (N,)                 becomes the coverage by dry walls, which e_i is without [1]
     gradient_sum (3, N)      becomes g_i [1/m]
     flow (N, 16)             holds velocities [m/s], receives G_i [1/s]; G_i is 0 where the fluid neighbours do not span space
     matrix (N, 8)            becomes Y_i [1] of `gradient_correction`, as xx, xy, xz, yy, yz, zz
@@ -177,11 +151,10 @@ def sum_over_neighbors(begin, end, hood, plane, shares, depths, compression, dry
         else:
             for n in range(GRADIENT, 16):
                 flow[i, n] = ZERO
-        liquid, bare = hood.volume * (hood.sigma + content), ZERO
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
         if hood.walls.number[i] > 0:
-            (solid, push, more), bare = wet_walls_beside(i, hood, scale, liquid, slope, depths)
-        compression[i], dry[i] = liquid + solid - ONE, bare
+            solid, push, more = sum_over_walls(i, hood, scale)
+        compression[i] = hood.volume * (hood.sigma + content) + solid - ONE
         for axis in range(3):
             gradient_sum[axis, i] = slope[axis] + push[axis]
         whole = (

@@ -15,7 +15,6 @@ class Neighborhood(NamedTuple):
 
     points (N, 4)         place x_i [m] and weight rho_ref / rho_0 [1] of the particles
     wall_points (M, 4)    place x_b [m] and volume V_b [m3; m2 in a plane] of the wall particles
-    surface_planes (N, 4) plane of the free surface near each particle, beyond which walls are dry (see `wet_walls`)
     period                lengths [m] of the axes that repeat, 0 for the others; None if none repeats
     fluid, walls          lists of fluid and of wall neighbours (see `Pairs`)
     sigma, support        constant [1/m3; 1/m2 in a plane] and support radius H [m] of the kernel W
@@ -24,7 +23,6 @@ class Neighborhood(NamedTuple):
 
     points: NDArray[np.float32]
     wall_points: NDArray[np.float32]
-    surface_planes: NDArray[np.float32]
     period: tuple[np.float32, np.float32, np.float32] | None
     fluid: Pairs
     walls: Pairs

@@ -92,12 +92,3 @@ def lattice_diagonal(dimension: int) -> float:
     squares = (points**2).sum(axis=1)
     slopes = -kernel_slope_over_q(np.sqrt(squares) / SUPPORT, sigma) / SUPPORT**2
     return float((slopes**2 * squares).sum())
-
-
-def plane_integral(distance: float, dimension: int) -> float:
-    """Return the integral of the kernel (spacing 1) over a plane `distance` [d] away [1/d]; over a line in two dimensions."""
-    across = np.linspace(0.0, SUPPORT, 601)
-    around = 2.0 * np.pi * across if dimension == 3 else np.full_like(across, 2.0)
-    sigma = normalisation(1.0, dimension)
-    values = kernel(np.hypot(distance, across) / SUPPORT, sigma)
-    return float(np.trapezoid(values * around, across))

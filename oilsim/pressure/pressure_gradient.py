@@ -9,9 +9,9 @@ kappa = pressure x time step / rho_ref [m2/s]. Both schemes share the form, with
 
 paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign mended)
 split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib likewise with V_b and the lattice's Y (`gradient_correction`), w = 2 and c = 1: a wall
-        takes the pressure that the liquid's gradient extrapolates to it, as far as it is wet (`wet_walls`). A linear pressure is then
-        balanced near walls as it is inside, and water lies still. c fades to 0 where liquid neighbours are too few for a gradient
-        (`wall_extrapolation`).
+        takes the pressure that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside,
+        and water lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface beside walls at
+        rest (`wall_extrapolation`). There its transpose would hold the water's edge, and waves would lose three times as much.
 
 The gradient at i comes from its liquid neighbours, B_i sum_j G_ij (kappa_j - kappa_i), B_i = (sum_j G_ij x_ij^T)^-1. The walls' part is
 therefore K_i (sum_j G_ij kappa_j - kappa_i sum_j G_ij), with one matrix K_i = c_i sum_b G_ib x_ib^T B_i for each particle:
@@ -35,7 +35,6 @@ from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
 from oilsim.backend.thread_team import BLOCK
 from oilsim.gradients.gradient_correction import mean_correction_at_walls, times_mean_correction, times_symmetric
-from oilsim.gradients.wet_walls import wet_share
 from oilsim.neighborhood.neighbor_search import rows, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 from oilsim.pressure.wall_extrapolation import fill_wall_pressure
@@ -78,14 +77,12 @@ class PressureSums(NamedTuple):
     diagonal (N,)           that of A [1/m2]
     openness (N,)           rho_ref / rho_0 |H 1|^2 [1/m2], large at a free surface
     coverage (N,)           sum_b V_b W_ib, the walls' share of the kernel [1]
-    wet (N,)                that of what is wet of them [1]
-    wall_slope (3, N)       sum_b V_b grad W_ib over the whole walls [1/m]
+    wall_slope (3, N)       sum_b G_ib [1/m]
     """
 
     diagonal: Real
     openness: Real
     coverage: Real
-    wet: Real
     wall_slope: Real
 
 
@@ -95,11 +92,13 @@ class PressureConstants(NamedTuple):
     lattice_moment    m_0, moment of a lattice [1]
     wall_weight       w [1]
     plane             whether y is absent
+    gravity           g (3) [m/s2]
     """
 
     lattice_moment: np.float32
     wall_weight: np.float32
     plane: bool
+    gravity: tuple[np.float32, ...]
 
 
 @inlined
@@ -122,19 +121,16 @@ def store_vector(vectors, k, present, ax, ay, az):
 
 @inlined
 def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
-    """Fill wall_gradient (3, Q) with G_ib [1/m] of particle i, 0 where a wall is dry.
+    """Fill wall_gradient (3, Q) with G_ib [1/m] of particle i; returns their sum [1/m] (3 numbers) and the coverage sum_b V_b W_ib [1].
 
-    Returns their sum [1/m] (3), sum_b V_b grad W_ib over the whole walls [1/m] (3), the coverage sum_b V_b W_ib [1], and that of what is
-    wet [1]. hood: `Neighborhood`; matrix (N, 8):
-    Y_i [1], or None for 1; lattice_moment: m_0 [1].
+    hood: `Neighborhood`; matrix (N, 8): Y_i [1], or None for 1; lattice_moment: m_0 [1].
     """
     wall, period, walls = hood.wall_points, hood.period, hood.walls
     inverse_support = ONE / hood.support
     factor = inverse_support * inverse_support
     if matrix is not None:
         correction = mean_correction_at_walls(matrix, i, lattice_moment)
-    plane = hood.surface_planes[i]
-    wx = wy = wz = sx = sy = sz = cover = wetted = spread(ZERO)
+    wx = wy = wz = cover = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
@@ -142,28 +138,20 @@ def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
         dx, dy, dz, volume = separations(i, hood.points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
         content = only(present, volume, ZERO)
-        wet = wet_share(plane, dx, dy, dz)
-        part = content * kernel(q, hood.sigma)
-        cover += part
-        wetted += wet * part
+        cover += content * kernel(q, hood.sigma)
         slope = factor * content * kernel_slope_over_q(q, hood.sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
-        sx += ax
-        sy += ay
-        sz += az
-        ax, ay, az = wet * ax, wet * ay, wet * az
         if matrix is not None:
             ax, ay, az = times_symmetric(ax, ay, az, correction)
         store_vector(wall_gradient, k, present, ax, ay, az)
         wx += ax
         wy += ay
         wz += az
-    pressing, whole = (summed(wx), summed(wy), summed(wz)), (summed(sx), summed(sy), summed(sz))
-    return pressing, whole, summed(cover), summed(wetted)
+    return summed(wx), summed(wy), summed(wz), summed(cover)
 
 
 @njit(**FAST)
-def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums, extrapolation, lever):
+def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums, wall_pressure, lever):
     """Store the pair vectors G_ij and G_ib of the particles begin to end, and the sums that the pressure operator needs.
 
     hood              the `Neighborhood`
@@ -171,7 +159,7 @@ def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums,
     constants         `PressureConstants`
     by_body (N,)      whether a moving body is within reach
     vectors, sums     `PressureVectors` and `PressureSums` to fill
-    extrapolation (N, 9)  becomes K_i [1] of particles with wall neighbours; None where c = 0
+    wall_pressure     `WallPressure` to fill for particles with wall neighbours; None where c = 0
     lever (N, 9)      filled as `fill_wall_pressure` says; None where no body moves
     """
     points, period, fluid = hood.points, hood.period, hood.fluid
@@ -198,21 +186,23 @@ def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums,
             square += (ax * ax + ay * ay + az * az) * weight
         sx, sy, sz = quantum * summed(fx), quantum * summed(fy), quantum * summed(fz)
         gx, gy, gz = sx, sy, sz
-        (wx, wy, wz), whole, coverage, wet = (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO), ZERO, ZERO
+        wx, wy, wz, coverage = ZERO, ZERO, ZERO, ZERO
         if hood.walls.number[i] > 0:
-            (wx, wy, wz), whole, coverage, wet = cache_wall_gradients(
+            wx, wy, wz, coverage = cache_wall_gradients(
                 i, hood, matrix, constants.lattice_moment, vectors.wall_gradient
             )
             gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
-            if extrapolation is not None:
-                fill_wall_pressure(i, hood, vectors, (sx, sy, sz), constants.plane, by_body, extrapolation, lever)
-                k = extrapolation[i]
+            if wall_pressure is not None:
+                fill_wall_pressure(
+                    i, hood, vectors, ((sx, sy, sz), (wx, wy, wz)), constants, by_body, wall_pressure, lever
+                )
+                k = wall_pressure.extrapolation[i]
                 gx -= k[0] * sx + k[1] * sy + k[2] * sz
                 gy -= k[3] * sx + k[4] * sy + k[5] * sz
                 gz -= k[6] * sx + k[7] * sy + k[8] * sz
         own[0, i], own[1, i], own[2, i] = gx, gy, gz
-        sums.coverage[i], sums.wet[i] = coverage, wet
-        wall_slope[0, i], wall_slope[1, i], wall_slope[2, i] = whole
+        sums.coverage[i] = coverage
+        wall_slope[0, i], wall_slope[1, i], wall_slope[2, i] = wx, wy, wz
         nx, ny, nz = TWO * sx + wall_weight * wx, TWO * sy + wall_weight * wy, TWO * sz + wall_weight * wz
         sums.openness[i] = (nx * nx + ny * ny + nz * nz) * points[i, 3]
         sums.diagonal[i] = quantum * quantum * summed(square) + (gx * gx + gy * gy + gz * gz) * points[i, 3] + TINY

@@ -3,25 +3,59 @@
     p_b = p_i + c_i x_ib . grad p_i,      grad p_i = B_i sum_j G_ij (p_j - p_i),      B_i = (sum_j G_ij x_ij^T)^-1
 
 with the pair vectors G_ij of `pressure_gradient` and x_ij = x_j - x_i. The factor c_i is 0 where liquid neighbours are too few for a
-gradient. Walls press as far as they are wet (`wet_walls`). So the water's edge is balanced as the surface far from a wall is, and water
-that rises along a wall is not taken for compressed.
+gradient, and at the free surface beside walls at rest: its transpose makes the divergence, and would take water that rises along a wall for
+water that is compressed, and waves of 64 spacings would run 0.5 % faster.
+
+Without extrapolation walls pull the water's edge down by 0.25 rho g d^2 a metre, and the pressure in a pool of 12 spacings' width is that
+of a tenth of a spacing more. So walls hold the edge by the gradient that a free surface must have, across itself and from weight alone:
+
+    v_i -= dt s_i (1 - o_i) N_i n_i (n_i . g),      N_i = sum_b G_ib x_ib^T,      n_i: normal of the surface,      c_i = s_i o_i.
+
+s_i tells how well the liquid neighbours span space, and o_i how far the particle is covered. The hold counts as far as the liquid is
+under pressure. The normal of a sheet that falls along a wall is across gravity, and the sheet is not held. Beside bodies c_i stays as it
+is at the surface: the uppermost particles would press on the dry part of bodies, and these would ride high.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
-from oilsim.backend.float32 import HALF, ONE, ZERO
-from oilsim.backend.jit import inlined
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.float32 import HALF, ONE, THREE, ZERO
+from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, load, spread, summed
 from oilsim.gradients.gradient_correction import times_symmetric
 from oilsim.gradients.symmetric_3x3 import inverse, smallest_eigenvalue
 from oilsim.neighborhood.neighbor_search import rows, separations
 
+Real = NDArray[np.float32]
+
 # [1] smallest eigenvalue of the liquid's moment up to which c is 0; tuned; not on record
 THIN = np.float32(0.1)
 # [1] smallest eigenvalue of the liquid's moment from which c has its full value; tuned; not on record
 FULL = np.float32(0.2)
+# [1] smallest eigenvalue of the moment of liquid and walls up to which a particle counts as open; measured; a free surface has a half
+OPEN = np.float32(0.7)
+# [1] smallest eigenvalue of the moment of liquid and walls from which a particle counts as covered; measured; inside it is 1
+COVERED = np.float32(0.95)
+# [1] |S| H that tells a free surface by half, S the sum of pair vectors G_ij and G_ib; measured; a flat surface has 1.5
+FLAT = np.float32(0.25)
+# [d] depth whose pressure makes an edge fully held; tuned; not on record
+PRESSED = 0.25
+
+
+class WallPressure(NamedTuple):
+    """The terms by which the particles of a step press on the walls beside them.
+
+    extrapolation (N, 9)    K_i of `pressure_gradient`, row by row [1]
+    waterline (3, N)        acceleration by which walls at rest hold the water's edge [m/s2]
+    """
+
+    extrapolation: Real
+    waterline: Real
 
 
 @inlined
@@ -83,6 +117,19 @@ def spanned_share(own):
 
 
 @inlined
+def covered_share(own, wall):
+    """Return o_i [1], how far liquid and walls surround the particle, from 0 at a free surface to 1.
+
+    own, wall: moments of the liquid and of the walls, (6,) each [1]: xx, xy, xz, yy, yz, zz.
+    """
+    whole = (
+        own[0] + wall[0], own[1] + wall[1], own[2] + wall[2], own[3] + wall[3], own[4] + wall[4], own[5] + wall[5],
+    )  # fmt: skip
+    part = max(min((smallest_eigenvalue(whole) - OPEN) / (COVERED - OPEN), ONE), ZERO)
+    return part * part * (THREE - part - part)
+
+
+@inlined
 def extrapolation_matrix(trust, own):
     """Return trust times B_i as six numbers, from the liquid's moment (six numbers)."""
     if trust <= ZERO:
@@ -92,28 +139,55 @@ def extrapolation_matrix(trust, own):
 
 
 @inlined
-def fill_wall_pressure(i, hood, vectors, inside, plane, by_body, extrapolation, lever):
-    """Fill row i of `extrapolation` (N, 9) with K_i of `pressure_gradient` [1], row by row, and row i of `lever` beside a moving body.
+def fill_wall_pressure(i, hood, vectors, sums, constants, by_body, wall_pressure, lever):
+    """Fill row i of `wall_pressure`, and of `lever` beside a moving body.
 
     hood              the `Neighborhood`
     vectors           `PressureVectors`, whose pair vectors of particle i are cached already
-    inside            sum_j G_ij [1/m] (3)
-    plane             whether y is absent
+    sums              sum_j G_ij and sum_b G_ib [1/m], three numbers each; together they point into the liquid at a free surface
+    constants         `PressureConstants`
     by_body (N,)      whether a moving body is within reach
+    wall_pressure     `WallPressure`
     lever (N, 9)      becomes c_i B_i, as six numbers [1], and sum_j G_ij [1/m], for `rigid_response`; None where no body moves
     """
+    inside, outside = sums
+    gravity = constants.gravity
     solid = moment_of(i, hood.points, hood.wall_points, hood.period, hood.walls, vectors.wall_gradient)
     liquid = scaled(
         vectors.gradient.quantum,
         moment_of(i, hood.points, hood.points, hood.period, hood.fluid, vectors.gradient.whole),
     )
-    own = symmetric(liquid, ONE if plane else ZERO)
-    gain = extrapolation_matrix(spanned_share(own), own)
+    own = symmetric(liquid, ONE if constants.plane else ZERO)
+    spanned = spanned_share(own)
+    covered = ONE if by_body[i] else covered_share(own, symmetric(solid, ZERO))
+    gain = extrapolation_matrix(spanned * covered, own)
     if lever is not None and by_body[i]:
         for entry in range(6):
             lever[i, entry] = gain[entry]
         for axis in range(3):
             lever[i, 6 + axis] = inside[axis]
+    nx, ny, nz = inside[0] + outside[0], inside[1] + outside[1], inside[2] + outside[2]
+    flat = FLAT * (ONE / hood.support)
+    across = (nx * gravity[0] + ny * gravity[1] + nz * gravity[2]) / (nx * nx + ny * ny + nz * nz + flat * flat)
+    across *= spanned * (ONE - covered)
+    extrapolation, waterline = wall_pressure
     for row in range(3):
-        kx, ky, kz = times_symmetric(solid[3 * row], solid[3 * row + 1], solid[3 * row + 2], gain)
+        mx, my, mz = solid[3 * row], solid[3 * row + 1], solid[3 * row + 2]
+        kx, ky, kz = times_symmetric(mx, my, mz, gain)
         extrapolation[i, 3 * row], extrapolation[i, 3 * row + 1], extrapolation[i, 3 * row + 2] = kx, ky, kz
+        waterline[row, i] = -across * (mx * nx + my * ny + mz * nz)
+
+
+@njit(**FAST)
+def hold_waterline(begin, end, walls, waterline, kappa, pressed, time_step, velocity):
+    """Add to velocity (3, N) [m/s] what walls at rest give the water's edge.
+
+    walls: lists of wall neighbours; waterline (3, N) [m/s2]; kappa (N,): pressure of the last step [m2/s], of which `pressed` [m2/s] or
+    more holds the edge in full; time_step [s].
+    """
+    for i in range(begin, end):
+        if walls.number[i] > 0:
+            share = time_step * min(kappa[i] / pressed, ONE)
+            velocity[0, i] += share * waterline[0, i]
+            velocity[1, i] += share * waterline[1, i]
+            velocity[2, i] += share * waterline[2, i]

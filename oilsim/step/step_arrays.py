@@ -17,6 +17,7 @@ from oilsim.gradients.free_surface import FreeSurface
 from oilsim.neighborhood.neighbor_search import Pairs
 from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.pressure.pressure_gradient import PairVectors, PressureSums, PressureVectors
+from oilsim.pressure.wall_extrapolation import WallPressure
 
 Real = NDArray[np.float32]
 Index = NDArray[np.uint32]
@@ -55,11 +56,10 @@ class StepArrays:
         own (3, N)               factor of the particle's own pressure in its force [1/m]
         diagonal (N,)            of the pressure operator [1/m2]
         coverage (N,)            sum V_b W_ib, the walls' share of the kernel [1]
-        wet (N,)                 that of what is wet of the walls [1]
-        dry (N,)                 the rest of it, at the places before relaxation [1]
-        wall_slope (3, N)        sum V_b grad W_ib over the whole walls [1/m]
+        wall_slope (3, N)        sum of the walls' pair vectors [1/m]
         openness (N,)            rho_ref / rho_0 |H 1|^2, large at a free surface [1/m2]
         extrapolation (N, 9)     K of `wall_extrapolation` [1]
+        waterline (3, N)         change of velocity by which walls at rest hold the water's edge, over dt [m/s2]
         lever (N, 9)             how bodies feel extrapolated pressures (see `rigid_response`)
         contacts                 Jacobians of particles that touch moving bodies
     """
@@ -79,15 +79,14 @@ class StepArrays:
         """Make room for the particles of a neighbourhood; the contents of the arrays are undefined."""
         count = len(neighborhood.points)
         self.neighborhood = neighborhood
-        self.compression, self.coverage, self.wet, self.dry, self.diagonal, self.openness = np.empty(
-            (6, count), np.float32
-        )
+        self.compression, self.coverage, self.diagonal, self.openness = np.empty((4, count), np.float32)
         self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
         self.matrix: Real = np.zeros((count, 8), np.float32)
         self.surface: NDArray[np.uint8] = np.full(count, FreeSurface.NEAR_SURFACE, np.uint8)
         self.by_body: NDArray[np.bool_] = np.zeros(count, bool)
         self.mended = np.empty_like(self.matrix) if needs.corrected else None
         self.extrapolation = np.empty((count, 9), np.float32) if needs.extrapolated else None
+        self.waterline = np.empty((3, count), np.float32) if needs.extrapolated else None
         self.lever = np.empty((count, 9), np.float32) if needs.levers else None
         self.gradient = self.gradient._replace(whole=_reserved(self.gradient.whole, neighborhood.fluid))
         self.wall_gradient = _reserved(self.wall_gradient, neighborhood.walls)
@@ -105,7 +104,14 @@ class StepArrays:
     @property
     def sums(self) -> PressureSums:
         """The sums that come with these vectors."""
-        return PressureSums(self.diagonal, self.openness, self.coverage, self.wet, self.wall_slope)
+        return PressureSums(self.diagonal, self.openness, self.coverage, self.wall_slope)
+
+    @property
+    def wall_pressure(self) -> WallPressure | None:
+        """The pressure that walls take; None where it is not extrapolated."""
+        if self.extrapolation is None or self.waterline is None:
+            return None
+        return WallPressure(self.extrapolation, self.waterline)
 
 
 def _reserved(kept: NDArray[Any], pairs: Pairs) -> NDArray[Any]:

@@ -22,7 +22,6 @@ from oilsim.density.particle_shifting import SETTLING, shift_balance
 from oilsim.gradients.gradient_correction import exact_share, largest_stretch
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit
 from oilsim.gradients.shear_correction import STRETCH
-from oilsim.gradients.wet_walls import depth_table, no_surface
 from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
 from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
@@ -52,7 +51,6 @@ class StepConstants:
     wall_weight                w of `pressure_gradient` [1]
     shift_balance              a of `particle_shifting` [1]
     surface_table              table of `density_feedback`
-    depth_table                table of `wet_walls`; None where all of a wall counts, as in the paper's scheme
     pressure                   constants of `pressure_gradient`
     densities, viscosities     of the phases [kg/m3], [Pa s]; reference_density: that of the first
     weights                    rho_ref / rho_0 of the phases [1]
@@ -82,8 +80,7 @@ class StepConstants:
         self.wall_weight = np.float32(2.0 if self.corrected else 1.0)
         self.shift_balance = np.float32(shift_balance(dimension))
         self.surface_table = surface_table(d, dimension)
-        self.depth_table = depth_table(d, dimension) if self.corrected else None
-        self.pressure = PressureConstants(self.moment, self.wall_weight, self.plane)
+        self.pressure = PressureConstants(self.moment, self.wall_weight, self.plane, self.gravity)
         self.densities: Double = np.array([phase.rest_density for phase in config.phases])
         self.reference_density = float(self.densities[0])
         self.weights: Real = (self.reference_density / self.densities).astype(np.float32)
@@ -150,7 +147,6 @@ class StepTools:
         return Neighborhood(
             points,
             self.walls.points,
-            no_surface(count),
             constants.period,
             fluid,
             walls,

@@ -39,7 +39,6 @@ from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, r
 from oilsim.boundaries.contacts import add_wrench
 from oilsim.gradients.particle_sums import REGULAR, coverage_and_slope
 from oilsim.gradients.symmetric_3x3 import determinant, inverse
-from oilsim.gradients.wet_walls import WHOLE
 from oilsim.neighborhood.neighbor_search import nearest_images, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
@@ -104,7 +103,7 @@ def fill_slopes(begin, end, hood, plane, smoothed, slopes):
         set_slope(i, factor * summed(gx), factor * summed(gy), factor * summed(gz), moment, slopes)
         nx = ny = nz = ZERO
         if hood.walls.number[i] > 0:
-            _, (sx, sy, sz) = coverage_and_slope(i, hood, WHOLE)
+            _, (sx, sy, sz) = coverage_and_slope(i, hood)
             size = math.sqrt(sx * sx + sy * sy + sz * sz + TINY)
             nx, ny, nz = sx / size, sy / size, sz / size
         slopes[i, 4], slopes[i, 5], slopes[i, 6] = nx, ny, nz

@@ -6,14 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.backend.thread_team import block_count, total
-from oilsim.boundaries.wall_contact import (
-    ContactRule,
-    WallSums,
-    find_walls_between,
-    sum_walls,
-    wall_approach,
-    wall_contact,
-)
+from oilsim.boundaries.wall_contact import ContactRule, WallSums, sum_walls, wall_approach, wall_contact
 from oilsim.density.density_constraint import (
     LARGEST_MULTIPLIER,
     density_and_diagonal,
@@ -75,14 +68,11 @@ def _stop_at_walls(tools: StepTools, arrays: StepArrays, push: Real) -> Real:
     if not tools.walls.count:
         return beta
     spacing = np.float32(tools.config.particle_spacing)
-    coverage, slope, (loose, between) = np.empty(count, np.float32), np.empty_like(push), np.empty((2, count), bool)
-    sums = WallSums(coverage, coverage, slope, arrays.compression, loose, between)  # the whole of a wall counts as wet
+    sums = WallSums(np.empty(count, np.float32), np.empty_like(push), arrays.compression)
     rule = ContactRule(constants.drop, constants.wall_coverages, constants.nearest_wall, spacing)
     rate = np.empty(count, np.float32)
-    run(sum_walls, count, arrays.neighborhood, coverage, slope)
-    run(find_walls_between, count, coverage, slope, rule, between)
-    loose[:] = 1.0 + arrays.compression[:count] - coverage < rule.drop
-    run(wall_approach, count, slope, push, rate)
+    run(sum_walls, count, arrays.neighborhood, sums.coverage, sums.slope)
+    run(wall_approach, count, sums.slope, push, rate)
     run(wall_contact, count, sums, rule, rate, spacing, push, beta)
     return beta
 

@@ -25,6 +25,6 @@ def cache_pair_gradients(tools: StepTools, arrays: StepArrays, state: FluidState
             )  # fmt: skip
         tools.team.run(
             cache_gradients, state.awake, hood, arrays.mended, constants.pressure, arrays.by_body, arrays.vectors, arrays.sums,
-            arrays.extrapolation, arrays.lever,
+            arrays.wall_pressure, arrays.lever,
         )  # fmt: skip
         arrays.contacts = gather_contacts(arrays.body_pairs, arrays.wall_gradient)

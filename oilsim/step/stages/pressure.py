@@ -12,14 +12,13 @@ from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackSca
 from oilsim.neighborhood.neighbor_search import indices
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver, Pressures
 from oilsim.pressure.rest_pressure import RestPressure, needed_share, rest_pressure, top_of_rest
+from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
 from oilsim.state import Confinement, FluidState
 from oilsim.step.pressure_operator import PressureOperator, with_neighbors
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 
 Real = NDArray[np.float32]
-# [d] depth whose pressure makes the density of a particle at a free surface count in full; tuned; not on record
-PRESSED = 0.25
 # [1] share of the tolerance in a filled box; measured; only pressure keeps its flow, and vortices lose by the residual of solves
 FILLED = 0.1
 
@@ -36,6 +35,7 @@ def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState,
         operator = PressureOperator(tools, arrays, state)
         if not filled:
             tools.coarse.lay(state.position[:, : state.awake], arrays.points, arrays.openness)
+        _hold_waterline(tools, arrays, state, time_step)
         operator.apply(state.pressure_impulse[: state.listed], _rest(tools, arrays, state, time_step))
     return operator
 
@@ -102,6 +102,16 @@ def _add_feedback(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     tools.team.run(
         add_density_feedback, state.awake, arrays.compression, arrays.gradient_sum, arrays.surface, arrays.flow, state.pressure_impulse,
         tools.constants.surface_table, scales, rate,
+    )  # fmt: skip
+
+
+def _hold_waterline(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
+    """Let walls at rest hold up the water's edge, as far as the pressure of the last step asks (see `wall_extrapolation`)."""
+    if arrays.waterline is None or tools.constants.weightless:
+        return
+    tools.team.run(
+        hold_waterline, state.awake, arrays.neighborhood.walls, arrays.waterline, state.pressure_impulse, pressed(tools, time_step),
+        np.float32(time_step), state.velocity,
     )  # fmt: skip
 
 

@@ -29,7 +29,6 @@ from oilsim.gradients.free_surface import FreeSurface, mark_exposed, mark_free_s
 from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums
-from oilsim.gradients.wet_walls import DepthTable
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
 from oilsim.state import Confinement, FluidState
@@ -71,8 +70,7 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
             left, first = LEFT * found, iteration == 1
             enough = left <= config.density_tolerance
             hurried = rate if enough else HURRY * rate
-            crowding = arrays.compression + arrays.dry
-            run(relaxation_multiplier, count, crowding, arrays.surface, hurried, limit, multiplier)
+            run(relaxation_multiplier, count, arrays.compression, arrays.surface, hurried, limit, multiplier)
             run(relax, count, passes, hood, arrays.flow, multiplier, first, relaxation)
             if first:
                 run(
@@ -111,8 +109,8 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase))
     run(
-        sum_over_neighbors, state.listed, hood, constants.plane, shares, depths_of(tools, state), arrays.compression, arrays.dry,
-        arrays.gradient_sum, arrays.flow, arrays.matrix,
+        sum_over_neighbors, state.listed, hood, constants.plane, shares, arrays.compression, arrays.gradient_sum, arrays.flow,
+        arrays.matrix,
     )  # fmt: skip
     if tools.budget is not None:
         tools.budget.add_strain(arrays.flow, time_step)
@@ -125,17 +123,6 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
         run(shear_rate_sums, count, arrays.flow, np.float32(tools.config.cfl / time_step), sums)
         unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
         tools.time_unit = min(unit, tools.config.capillary_time)
-
-
-def depths_of(tools: StepTools, state: FluidState) -> DepthTable | None:
-    """Return the table of depths with the heads of the particles' last pressure; None where all of a wall counts."""
-    table, config = tools.constants.depth_table, tools.config
-    if table is None or tools.constants.weightless:
-        return None
-    weight = config.particle_spacing * math.hypot(*config.gravity) * state.time_step
-    return table._replace(
-        head=state.pressure_impulse[: state.listed] * np.float32(1.0 / weight if weight > 0.0 else 0.0)
-    )
 
 
 def confinement(state: FluidState, near: int) -> Confinement:

@@ -29,7 +29,7 @@ def fields(fluid):
     fill_rows(0, count, state.velocity, arrays.weight, flow)
     shares = CorrectionShares(tools.constants.moment, tools.constants.exact.take(state.phase))
     sum_over_neighbors(
-        0, count, arrays.neighborhood, tools.constants.plane, shares, None, compression, np.empty_like(compression), gradient, flow, matrix
+        0, count, arrays.neighborhood, tools.constants.plane, shares, compression, gradient, flow, matrix
     )  # fmt: skip
     return compression, gradient, flow, matrix[:, :6]
 
