@@ -215,7 +215,7 @@ def _close_pipes(child: subprocess.Popen[bytes]) -> None:
 
 
 def _release(child: subprocess.Popen[bytes], folder: tempfile.TemporaryDirectory[str]) -> None:
-    """Leave nothing of an FMU's process: also of one that nobody has ended."""
+    """End the process of an FMU, and close its pipes and remove its folder, also where nobody has ended the FMU."""
     child.kill()
     child.wait()
     _close_pipes(child)

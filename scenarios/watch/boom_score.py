@@ -124,28 +124,39 @@ class BoomScore:
         speed = self._tow_speed(world, current)
         series = report.scalars() | {"metrics/tow_speed": speed}
         series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
-        if self.closures is not None:
-            series["metrics/closure_loss_rate"] = self.closures.rate
         self._held_back = self._put_back(slick)
-        if self.closures is not None or self._held_back > 0.0:
-            series["metrics/oil_held_back"] = self._held_back
-        if len(self._area):
-            if slick is None:
-                within = beside(oil[0], self._area, self._tank.period)[:, :2]
-                self._oil_in_area = float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
-            else:
-                self._oil_in_area = volume_within(slick, self._area)
-            series["metrics/oil_in_area"] = self._oil_in_area
-        if self.strength_share is not None:
-            series["metrics/strength_share"] = self.strength_share
-        if self._berth is not None:
-            series["metrics/to_berth"] = float(np.linalg.norm(state.line()[-1] - self._berth))
-        if self._has_tide:
-            series["metrics/water_level"] = level
+        series |= self._optional_series(oil, slick, state.line(), level)
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.passed, report.retained + report.lost)
         self._announce(report, speed, held)
+
+    def _optional_series(
+        self, oil: tuple[Array, NDArray[np.uint32]], slick: SlickParticipant | None, line: Array, level: float
+    ) -> dict[str, float]:
+        """Return the series that only some booms have; oil, slick and level [m] as for `advance`, line (S + 1, 2) [m] of the boom."""
+        series: dict[str, float] = {}
+        if self.closures is not None:
+            series["metrics/closure_loss_rate"] = self.closures.rate
+        if self.closures is not None or self._held_back > 0.0:
+            series["metrics/oil_held_back"] = self._held_back
+        if len(self._area):
+            self._oil_in_area = self._volume_in_area(oil[0], slick)
+            series["metrics/oil_in_area"] = self._oil_in_area
+        if self.strength_share is not None:
+            series["metrics/strength_share"] = self.strength_share
+        if self._berth is not None:
+            series["metrics/to_berth"] = float(np.linalg.norm(line[-1] - self._berth))
+        if self._has_tide:
+            series["metrics/water_level"] = level
+        return series
+
+    def _volume_in_area(self, oil: Array, slick: SlickParticipant | None) -> float:
+        """Return the volume [m3] of oil in the protected area: of particles at `oil` (N, 3) [m], or of a slick."""
+        if slick is not None:
+            return volume_within(slick, self._area)
+        within = beside(oil, self._area, self._tank.period)[:, :2]
+        return float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
 
     def lose(self, time: float, fluid: Fluid, world: RigidBodyWorld, level: float) -> None:
         """Let the closures carry out what is due at `time` [s], before the account takes the state in; level [m] of the still water."""

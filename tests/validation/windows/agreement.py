@@ -195,7 +195,7 @@ class Reader:
         self.line.append(state.line())
 
     def found(self, cpu: float) -> Found:
-        """What the run gives."""
+        """Return what the run gives; cpu [s] of one processor that it took."""
         assembly, lines = self._assembly, np.array(self.line)
         report = assembly.scoring.booms[0].report
         assert report is not None

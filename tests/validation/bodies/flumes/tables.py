@@ -6,15 +6,18 @@ import csv
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
-Row = TypeVar("Row")
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Row = TypeVar("Row", bound="DataclassInstance")
 
 
 def write(path: Path, rows: Sequence[Row]) -> None:
     """Write a table of the rows, of one dataclass of numbers, below a header of its fields; five digits."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    names = [field.name for field in fields(rows[0])]  # type: ignore[arg-type]
+    names = [field.name for field in fields(rows[0])]
     with path.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
