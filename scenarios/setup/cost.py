@@ -27,7 +27,7 @@ from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 
 if TYPE_CHECKING:
-    from scenarios.setup.placed_solids import Solid
+    from scenarios.setup.solids.placed_solids import Solid
 
 SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
 SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
@@ -198,7 +198,7 @@ def _told(scenario: Scenario, solids: Sequence[Solid], level: float, interfaces:
     if not solids or not scenario.run.has_particles:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed, *unused_sea(scenario))
     from scenarios.setup.boom_remarks import boom_remarks
-    from scenarios.setup.thin_bodies import thin_bodies, thin_samplings
+    from scenarios.setup.solids.thin_bodies import thin_bodies, thin_samplings
 
     spacing = scenario.fluid.particle_spacing
     thin = thin_bodies(solids, thin_samplings(solids, spacing), spacing)

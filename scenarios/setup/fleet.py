@@ -31,7 +31,7 @@ from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_lines import lay_off_reel, reel_line, reel_name, strung
 from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
-from scenarios.setup.placed_solids import Solid
+from scenarios.setup.solids.placed_solids import Solid
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import Drive, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull

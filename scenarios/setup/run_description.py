@@ -16,8 +16,8 @@ from scenarios.schema.probe_settings import PressureProbe, WaveGauge
 from scenarios.setup.boom_remarks import blockage
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal
-from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
+from scenarios.setup.solids.placed_solids import Solid
 from scenarios.versions import versions
 
 _QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be

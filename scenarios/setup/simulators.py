@@ -25,8 +25,8 @@ from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import air_remarks, build_fluid, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
-from scenarios.setup.placed_solids import Solid, sampled
-from scenarios.setup.thin_bodies import thin_bodies
+from scenarios.setup.solids.placed_solids import Solid, sampled
+from scenarios.setup.solids.thin_bodies import thin_bodies
 
 if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
