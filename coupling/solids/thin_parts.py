@@ -88,7 +88,7 @@ def _way_out(solid: SignedDistance, points: Array, along: Array, reach: Array) -
     ways = np.linspace(0.0, 1.0, LOOKS + 1)[1:, None] * reach
     outside = np.stack([solid.phi(points + way[:, None] * along) > -1e-3 * reach for way in ways])
     first = np.take_along_axis(ways, outside.argmax(axis=0)[None], axis=0)[0]
-    return outside.any(axis=0), points + first[:, None] * along
+    return np.asarray(outside.any(axis=0)), points + first[:, None] * along
 
 
 def _borrowed_normals(
