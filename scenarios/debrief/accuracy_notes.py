@@ -1,4 +1,4 @@
-"""What a reader of a debrief should know about its accuracy: what particles resolved, what was modelled, and what the figures are worth."""
+"""Notes on the accuracy of a debriefed run: what particles resolved, what was modelled, and what the figures are worth."""
 
 from __future__ import annotations
 
