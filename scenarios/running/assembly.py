@@ -205,7 +205,7 @@ def build(
         strength=BoomStrength(scenario, world, simulators.fleet, scoring),
         winches=Winches(scenario, world, simulators.fleet),
         accounts=accounts,
-        remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
+        remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),
         parts=parts,
         participants=participants if faults is None else _failing(participants, faults, world),
         connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators)),

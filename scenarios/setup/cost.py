@@ -148,14 +148,18 @@ def _of_windows(scenario: Scenario, windows: Sequence[WindowSettings]) -> tuple[
     """Return what is to be told of windows, and the mean steps of their particles in each of the communication; 1 without one."""
     if not windows:
         return (), 1.0
-    from scenarios.setup.at_sea.window_choice import fluid_steps, window_remarks  # only such a run pays for particles
+    from scenarios.setup.at_sea.window_choice import (
+        fluid_steps,
+        window_facts,
+        window_remarks,
+    )  # only such a run pays for particles
     from scenarios.setup.fleet import water_density
 
     sea = build_sea(scenario, water_density(scenario))
     assert sea is not None  # that of the tank at least
     steps = [fluid_steps(scenario, one) for one in windows]
     mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
-    return tuple(window_remarks(scenario, sea)), mean
+    return (*window_facts(scenario), *window_remarks(scenario, sea)), mean
 
 
 def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:

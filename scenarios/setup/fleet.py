@@ -362,8 +362,8 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         pocket=None if settings.pocket is None else settings.pocket.built(),
         water_density=water_density(scenario),
     )
-    boom = design.boom()
-    return boom if not scenario.run.has_particles else boom.resolved_by(scenario.fluid.particle_spacing)
+    boom, spacing = design.boom(), scenario.coarsest_spacing
+    return boom if spacing is None else boom.resolved_by(spacing)
 
 
 def _boom_end(end: str | Point2, settings: BoomSettings, vessels: Mapping[str, Vessel], water_level: float) -> Point2:
