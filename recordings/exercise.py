@@ -32,6 +32,7 @@ class BoomDescription:
     skimmers         names of the skimmers that may take its oil, those on other booms not; None if it was not recorded
     waiting_ties     names of the ties that a crew is to make fast at it while the run goes on
     flow_shares      [-] share of the water's speed that meets each segment, below 1 in a pocket; empty: 1 at all
+    has_closures     True if closures say what it loses beyond what particles resolve; None if it was not recorded
     """
 
     name: str
@@ -49,11 +50,35 @@ class BoomDescription:
     skimmers: tuple[str, ...] | None = None
     waiting_ties: tuple[str, ...] = ()
     flow_shares: tuple[float, ...] = ()
+    has_closures: bool | None = None
 
     @property
     def apex(self) -> str:
         """Name of the segment in the middle."""
         return self.segments[len(self.segments) // 2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowDescription:
+    """A box of particles that moves through a sea by formulas. Where its middle is tell the series `middle_series`.
+
+    name     its name in the scenario
+    target   what its middle follows, in words
+    size     [m] along x and y
+    depth    [m] of its water
+    spacing  [m] of its particles
+    """
+
+    name: str
+    target: str
+    size: tuple[float, float]
+    depth: float
+    spacing: float
+
+    @property
+    def middle_series(self) -> tuple[str, str]:
+        """Names of the series of the place (x, y) [m] of its middle."""
+        return f"windows/{self.name}/x", f"windows/{self.name}/y"
 
 
 FIRST_YEAR, LAST_YEAR = 1583, 9000  # of the Gregorian calendar, and far from the end of Python's
@@ -115,6 +140,16 @@ def to_json(description: Site | ExerciseDescription | None) -> str:
 def exercise_from_json(text: str) -> ExerciseDescription | None:
     """Read the description that `to_json` wrote; None for an empty text."""
     return cattrs.structure(json.loads(text), ExerciseDescription) if text else None
+
+
+def windows_to_json(windows: tuple[WindowDescription, ...]) -> str:
+    """Write the descriptions of windows as text for a recording's properties; empty without any."""
+    return json.dumps([asdict(one) for one in windows]) if windows else ""
+
+
+def windows_from_json(text: str) -> tuple[WindowDescription, ...]:
+    """Read the descriptions that `windows_to_json` wrote; none for an empty text."""
+    return cattrs.structure(json.loads(text), tuple[WindowDescription, ...]) if text else ()
 
 
 def site_from_json(text: str) -> Site | None:

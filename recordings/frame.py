@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from recordings.exercise import ExerciseDescription, Site
+from recordings.exercise import ExerciseDescription, Site, WindowDescription
 from recordings.surface import FilmFrame, SurfaceFrame
 
 Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
@@ -256,6 +256,7 @@ class RunDescription:
         exercise: booms, current and water level, for the debrief; None for a run without booms.
         site: place on Earth and date; None if unknown.
         dimension: 3, or 2 for a plane, which is a slice one metre thick.
+        windows: the boxes of particles inside a sea by formulas; none in other runs.
 
     Raises ValueError for a particle spacing that is not above 0 and for boundaries of another shape.
     """
@@ -272,6 +273,7 @@ class RunDescription:
     exercise: ExerciseDescription | None = None
     site: Site | None = None
     dimension: int = 3
+    windows: tuple[WindowDescription, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.particle_spacing > 0.0:

@@ -85,6 +85,18 @@ class Scenario(Section):
             yield Problem("name", f"is {self.name!r}, allowed: {cross_checks.NAME_ALLOWED}")
         yield from cross_checks.problems_between(self._parts())
 
+    @property
+    def period(self) -> tuple[float, float]:
+        """Length [m] after which the water repeats along x and y; 0 along an axis on which it does not, as that of a sea by formulas."""
+        return self.tank.period if self.run.has_particles else (0.0, 0.0)
+
+    @property
+    def coarsest_spacing(self) -> float | None:
+        """Largest spacing [m] of particles that bodies may meet: that of the tank, or of the windows; None in a run without particles."""
+        if self.run.detail == "window":
+            return max((one.spacing(self.fluid) for one in self.window.values()), default=None)
+        return self.fluid.particle_spacing if self.run.has_particles else None
+
     def _parts(self) -> cross_checks.Parts:
         """Collect the parts of this scenario, for the checks between them."""
         names = {table: tuple(getattr(self, table)) for table in cross_checks.NAMED_TABLES}

@@ -27,6 +27,7 @@ TIGHT = 1.2  # spacings: plates from this thickness on let nothing through
 HELD = 1.3  # spacings: as which thinner plates of solids count that do not answer to the liquid; at 1.2 one particle of 1120 passed
 PARALLEL = -0.98  # product of the normals of the two sides of a plate; bows and edges are sharper than that
 STEP = 0.5  # lattice step of the points that look, in spacings
+LOOKS = 24  # places at which a way of 1.2 spacings or less looks whether it is outside, 0.05 spacings apart
 RIM = 1.5  # spacings, within which a point beside a plate's rim takes the plate's normal
 LEAST_AREA = 4.0  # squares of a spacing that a plate has at least
 
@@ -67,25 +68,68 @@ def thinnest_plate(solid: SignedDistance, particle_spacing: float) -> float:
 def plate_normals(solid: SignedDistance, points: Array, particle_spacing: float) -> Array:
     """Return unit normals (N, 3) [1] of plates below TIGHT spacings at points (N, 3) [m] inside them, and 0 at other points.
 
-    A point of a plate has a side straight above and one straight below, TIGHT spacings apart at most. Beside the rim the nearest side is
-    the rim itself, and the point takes the normal of the nearest point that has one.
+    A point of a plate has a side straight above and one straight below, TIGHT spacings apart at most. Points beside a rim and where plates
+    meet take theirs from the plates around (`_borrowed_normals`).
     """
     near = solid.nearest(points)
     depth = np.linalg.norm(near.point - points, axis=1)
-    inward = points - (TIGHT * particle_spacing - depth)[:, None] * near.normal
-    is_plate = (solid.phi(inward) > -1e-3 * particle_spacing) & (
-        (solid.nearest(inward).normal * near.normal).sum(axis=1) < PARALLEL
-    )
+    leaves, beyond = _way_out(solid, points, -near.normal, TIGHT * particle_spacing - depth)
+    is_plate = leaves & ((solid.nearest(beyond).normal * near.normal).sum(axis=1) < PARALLEL)
     normals = np.where(is_plate[:, None], near.normal, 0.0)
     if is_plate.any() and not is_plate.all():
-        distance, which = cKDTree(points[is_plate]).query(points[~is_plate])
-        borrowed = near.normal[is_plate][which]
-        beyond = [
-            solid.phi(points[~is_plate] + side * TIGHT * particle_spacing * borrowed) > 0.0 for side in (-1.0, 1.0)
-        ]
-        takes = (distance < RIM * particle_spacing) & beyond[0] & beyond[1]
-        normals[~is_plate] = np.where(takes[:, None], borrowed, 0.0)
+        normals[~is_plate] = _borrowed_normals(
+            solid, points[~is_plate], points[is_plate], near.normal[is_plate], particle_spacing
+        )
     return normals
+
+
+def _way_out(solid: SignedDistance, points: Array, along: Array, reach: Array) -> tuple[Flags, Array]:
+    """Tell which straight ways of `reach` (N,) [m] along unit vectors (N, 3) leave the solid, and the first places (N, 3) [m] outside."""
+    ways = np.linspace(0.0, 1.0, LOOKS + 1)[1:, None] * reach
+    outside = np.stack([solid.phi(points + way[:, None] * along) > -1e-3 * reach for way in ways])
+    first = np.take_along_axis(ways, outside.argmax(axis=0)[None], axis=0)[0]
+    return np.asarray(outside.any(axis=0)), points + first[:, None] * along
+
+
+def _borrowed_normals(
+    solid: SignedDistance, points: Array, plates: Array, normal: Array, particle_spacing: float
+) -> Array:
+    """Return unit normals (N, 3) [1] at points (N, 3) [m] from the plates within RIM spacings, and 0 where none of the following holds.
+
+    plates, normal (K, 3): points of plates [m] and their normals [1], of either sign. TIGHT spacings along a plate's normal,
+    both ways leave the solid:  beside its rim or its foot; the nearest such normal
+    one way does:               in a corner, where it is the outer side of both plates; the mean of two or three unlike normals
+    no way does:                where the plate ends at another, if one way along the other's normal leaves it; the nearest such normal
+    """
+    found, reach = np.zeros_like(points), TIGHT * particle_spacing
+    for n, near in enumerate(cKDTree(plates).query_ball_point(points, RIM * particle_spacing)):
+        near = sorted(near, key=lambda k: float(np.sum((plates[k] - points[n]) ** 2)))
+        along = normal[near].reshape(-1, 3)
+        ahead, behind = (solid.phi(points[n] + side * reach * along) > 0.0 for side in (1.0, -1.0))
+        outward = np.where(ahead[:, None], along, -along)[ahead != behind]
+        if (ahead & behind).any():
+            found[n] = along[ahead & behind][0]
+        elif len(outward):
+            found[n] = _mean_of_unlike(outward)
+            ending = along[~(ahead | behind)]
+            if not found[n].any() and len(ending):
+                found[n] = ending[0]
+    return found
+
+
+def _mean_of_unlike(normals: Array) -> Array:
+    """Return the unit mean (3,) of the first of unit normals (K, 3) and of the one or two that are most unlike it and each other.
+
+    It is 0 where all are parallel.
+    """
+    chosen = normals[:1]
+    while len(chosen) < 3:
+        alike = np.abs(normals @ chosen.T).max(axis=1)
+        if alike.min() > -PARALLEL:
+            break
+        chosen = np.vstack([chosen, normals[alike.argmin()]])
+    total = chosen.sum(axis=0)
+    return total / np.linalg.norm(total) if len(chosen) > 1 else np.zeros(3)
 
 
 def plates_of(mesh: trimesh.Trimesh, particle_spacing: float) -> float:

@@ -32,8 +32,9 @@ Period = tuple[np.float32, np.float32, np.float32] | None
 
 # [d] from the middle plane to the face of the thinnest plate that particles meet; theory; half a particle
 FACE = np.float32(0.5)
-# [d] across, within which a point of a plate stands for it; theory; points 0.85 d apart leave no place farther from all of them
-BESIDE = np.float32(0.65)
+# [d] across, within which a point of a plate stands for it; measured; gaps between the points of 12 plates leave places 0.80 d from all
+# (beyond a rim, whose points are half a spacing inside, it reaches less far than a particle that touches the edge)
+BESIDE = np.float32(0.85)
 # [1] plates that may stop a particle one after the other in a step; numerical; three meet at a corner
 PLATES = 4
 # [m2] keeps a divisor from being 0; numerical; far below any square

@@ -78,6 +78,10 @@ class Window:
         place = np.array([[target[0], target[1], level]])
         self.rim.center = (place - self.motion.travel(time))[0, :2]
 
+    def middle(self, time: float) -> Double:
+        """Return where the water of the middle is at `time` [s], (2,) [m], waves aside."""
+        return np.asarray(self.rim.center + self.motion.travel(time)[:2])
+
     def owns(self, ids: NDArray[np.integer]) -> NDArray[np.bool_]:
         """Mark ids (N,) of particles that are or were in this window, not in another one of the run."""
         return np.asarray(ids // np.uint32(IDS) == self.number)

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.patches import Polygon
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from scipy.ndimage import gaussian_filter
@@ -17,9 +18,10 @@ from scipy.spatial import ConvexHull, QhullError
 
 from recordings import entity_paths, palette
 from recordings.exercise import GROUND
-from recordings.frame import BodyFrame, Color, MeshDescription
+from recordings.frame import BodyFrame, Color, MeshDescription, RunDescription
 from recordings.replay.moments import Moment, placed_vertices
-from recordings.replay.recording import Replay
+from recordings.replay.recording import Replay, Series
+from recordings.words import cause_in_words
 
 Points = npt.NDArray[np.floating]
 _FLAT = 0.2  # a scene is seen from the side if its width is less than this fraction of its length
@@ -27,6 +29,7 @@ _FEWEST = 10  # fewer particles than this get no outline
 _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
 _FAINT = 0.35
 _NAME = "name of a vessel"  # mark of its text
+WINDOW = "outline of a window of particles"  # mark of its patch
 _APART = 2.0  # [pixels] between names
 _ROUNDS = 50  # in which names are pushed apart, at most
 _DISC = np.column_stack([wave(np.linspace(0.0, 2.0 * np.pi, 9)[:-1]) for wave in (np.cos, np.sin)])
@@ -59,6 +62,7 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
         if name in last.bodies:
             draw_body(axes, name, mesh, last.bodies[name], across, 1.0)
     draw_tracks(axes, replay, across)
+    _draw_key(axes, run, last, draw_windows(axes, replay, last.time))
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("z [m]" if side else "y [m]")
@@ -70,6 +74,27 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
     axes.set_axisbelow(True)
     axes.grid(color="#e3e8ec", linewidth=0.8)
     spread_names(axes)
+
+
+def _draw_key(axes: Axes, run: RunDescription, last: Moment, windows: Sequence[Line2D]) -> None:
+    """Say what the colours of oil, and the outlines of windows, mean, in a run that has lost oil or windows."""
+    lost = [cause for cause, positions in last.lost.items() if len(positions)]
+    if not lost and not windows:
+        return
+    shown = [
+        (index, phase)
+        for index, phase in enumerate(run.phases)
+        if len(last.positions.get(phase.name, ())) and phase.is_oil
+    ]
+    tints = {f"{phase.name}, held or free": palette.phase_color(phase, index) for index, phase in shown}
+    tints |= {f"oil {cause_in_words(cause)}": palette.cause_color(cause) for cause in lost}
+    marks = [
+        Line2D([], [], color=palette.css(tint), marker="o", markersize=5, linestyle="", label=label)
+        for label, tint in tints.items()
+    ]
+    axes.legend(
+        handles=[*marks, *windows], fontsize=8.5, loc="lower left", framealpha=0.85, edgecolor="none"
+    ).set_zorder(9)
 
 
 def _has_past(oils: Sequence[str], moments: Sequence[Moment]) -> bool:
@@ -142,6 +167,33 @@ def draw_body(
         text = axes.annotate(label, place, (0.0, 0.0), textcoords="offset points", color="white", fontsize=9.5)
         text.set(fontweight="bold", ha="center", va="center", zorder=7, gid=_NAME)
         text.set_path_effects([withStroke(linewidth=2.2, foreground=tuple(0.45 * tint))])
+
+
+def draw_windows(axes: Axes, replay: Replay, time: float) -> list[Line2D]:
+    """Draw the outline of each window of particles as it lay last at `time` [s]; return the mark for a legend, none without windows."""
+    marks, tint = list[Line2D](), palette.css(palette.WINDOW)
+    for window in replay.run.windows:
+        series = [replay.scalars.get(name) for name in window.middle_series]
+        x, y = (_last_value(one, time) for one in series)
+        if x is None or y is None:
+            continue
+        corner = (x - 0.5 * window.size[0], y - 0.5 * window.size[1])
+        outline = Rectangle(corner, *window.size, fill=False, edgecolor=tint, linewidth=1.4, zorder=4, gid=WINDOW)
+        axes.add_patch(outline)
+        label = "window" if len(replay.run.windows) == 1 else f"window {window.name}"
+        text = f"{label}: particles {1000.0 * window.spacing:.3g} mm apart"
+        marks.append(
+            Line2D(
+                [], [], color=tint, linewidth=1.4, marker="s", markersize=9, fillstyle="none", linestyle="", label=text
+            )
+        )
+    return marks
+
+
+def _last_value(series: Series | None, time: float) -> float | None:
+    """Return the last value of a series up to `time` [s]; None without one."""
+    row = -1 if series is None else int(np.searchsorted(series.time, time + 1e-9)) - 1
+    return None if series is None or row < 0 else float(series.value[row])
 
 
 def spread_names(axes: Axes) -> None:

@@ -18,7 +18,7 @@ import pyarrow as pa
 
 from recordings import entity_paths
 from recordings.errors import RecordingError
-from recordings.exercise import exercise_from_json, site_from_json
+from recordings.exercise import exercise_from_json, site_from_json, windows_from_json
 from recordings.frame import (
     CameraView,
     Color,
@@ -187,6 +187,7 @@ class Replay:
             plots={title: tuple(names) for title, names in plots.items()},
             exercise=exercise_from_json(scenario.get("exercise") or ""),
             site=site_from_json(scenario.get("site") or ""),
+            windows=windows_from_json(scenario.get("windows") or ""),
         )
 
     @cached_property

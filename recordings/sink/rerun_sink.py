@@ -26,7 +26,7 @@ import rerun as rr
 
 from recordings import appearance, entity_paths
 from recordings.errors import RecordingError
-from recordings.exercise import to_json
+from recordings.exercise import to_json, windows_to_json
 from recordings.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
 from recordings.messages import SUMS, checksums
 from recordings.sample import Block, Sample, id_ranges
@@ -133,7 +133,10 @@ class RerunWriter:
         camera = json.dumps(asdict(run.camera)) if run.camera else ""
         plots = json.dumps(run.plots)
         exercise, site = to_json(run.exercise), to_json(run.site)
-        facts = rr.AnyValues(name=run.name, text=run.text, camera=camera, plots=plots, exercise=exercise, site=site)
+        windows = windows_to_json(run.windows)
+        facts = rr.AnyValues(
+            name=run.name, text=run.text, camera=camera, plots=plots, exercise=exercise, site=site, windows=windows
+        )
         self._stream.send_property("scenario", facts)
         fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing, "dimension": run.dimension}
         self._stream.send_property("recording", rr.AnyValues(**fixed, **terms))

@@ -18,10 +18,9 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-from booms.containment import MODELLED, PRACTICE_SPEED, RESOLVED
+from booms.containment import PRACTICE_SPEED
 from booms.losses.drainage import suction_limit
 from booms.losses.liquids import OilOnWater
-from booms.resolution import blockage_in_words, skirt_in_words
 from booms.scores import catenary_parameter, skirt_drag_coefficient, tow_force
 from oilsim.physical_constants import KNOT
 from recordings import palette
@@ -31,6 +30,7 @@ from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
 from recordings.sink.legend import tension_colors
 from recordings.words import cause_in_words, force_in_words, three_figures, volume_in_words
+from scenarios.debrief.accuracy_notes import accuracy_notes
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, oil_diagram, probe_diagram
 from scenarios.debrief.grade import DESIGN_SPEED, GROSS_SPEED, LETTERS, Grade, criteria_from, grade
@@ -45,9 +45,6 @@ PAGE = "debrief.html"
 SEGMENT_SPEEDS = (DESIGN_SPEED, PRACTICE_SPEED, GROSS_SPEED)  # [m/s], of the criteria of the same names
 _DPI = 110
 _DRAWN = {"oil": oil_diagram, "rates": rates_diagram, **DIAGRAMS, "loss": loss_curve}
-_COARSE = 5.0  # particles over the skirt's depth, below which leakage is resolved coarsely
-_COARSE_CLOSED = "The speed of the first loss is that of the closures, in the band of practice; the loss a minute is an order of magnitude."
-_COARSE_ALONE = "Without closures the boom holds its oil at up to 1.8 times the speed at which real ones lose it."
 _SQUARE = 0.7  # part of the speed through the water that is across the line between the ends; with less, a boom hangs in no catenary
 
 
@@ -112,7 +109,7 @@ def _rendered(replay: JoinedReplay, **parts: object) -> str:
             instructors_log=replay.events,  # as the program said them
             causes=[(cause_in_words(cause), palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
             boom_colors=[tension_colors(boom, len(_booms(replay)) > 1).replace("**", "") for boom in _booms(replay)],
-            notes=_notes(replay),
+            notes=accuracy_notes(replay),
             **parts,
         )
     )
@@ -274,38 +271,6 @@ def _booms(replay: Replay) -> Sequence[BoomDescription]:
 def _changes(replay: Replay) -> str:
     """Return the changes to the scenario that were made for this run; the number of threads changes no result."""
     return re.sub(r"run\.threads=\d+ ?", "", str(replay.run.properties.get("overrides", ""))).strip()
-
-
-def _notes(replay: Replay) -> list[str]:
-    """List what a reader of the page should know about its accuracy."""
-    spacing = replay.run.particle_spacing
-    notes = [f"The particles are {1000.0 * spacing:.3g} mm apart; the simulation resolves nothing finer."]
-    if replay.precision is not None:
-        notes.append(
-            f"Pictures and outlines show their recorded positions, which are exact to {500.0 * replay.precision:.2g} mm."
-        )
-    notes += [f"The recording has one in {count} frames of {name}." for name, count in replay.thinning.items()]
-    for boom in _booms(replay):
-        told = (
-            skirt_in_words(boom.skirt_depth, spacing, has_closures=_has_closures(replay)),
-            blockage_in_words(boom.blockage),
-        )
-        notes += [f"Boom {boom.name}: {text}." for text in told if text]
-        if boom.skirt_depth / spacing < _COARSE:
-            notes.append(_COARSE_CLOSED if _has_closures(replay) else _COARSE_ALONE)
-    if replay.run.exercise and len(replay.run.exercise.booms) > 1:
-        notes.append(
-            "Each boom has its own account: oil that one boom lost and another met, or that two booms hold, is in both accounts."
-        )
-    if replay.run.exercise:
-        notes.append(f"The particles resolve {RESOLVED}.")
-        notes.append(f"Modelled: {MODELLED}." if _has_closures(replay) else "Modelled: nothing; closures were off.")
-    return notes
-
-
-def _has_closures(replay: Replay) -> bool:
-    """Tell whether closures acted at a boom of the run."""
-    return any(name.endswith("closure_loss_rate") for name in replay.scalars)
 
 
 def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.entity_paths import VESSELS, body_group
 from recordings.exercise import BoomDescription
-from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks, spread_names
+from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks, draw_windows, spread_names
 from recordings.replay.moments import Moment
 from recordings.replay.recording import Replay
 from recordings.words import cause_in_words, course_in_words, three_figures
@@ -44,6 +44,7 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     _draw_vessels(axes, replay, moments[0].moment, moments[-1].moment)
     marks += [
         *_draw_lost(axes, moments[-1].moment),
+        *draw_windows(axes, replay, moments[-1].time),
         Line2D([], [], color="#5c6b76", linestyle=(0, (4, 2)), label="tracks"),
     ]
     axes.legend(handles=marks, frameon=False, fontsize=9, loc="upper left", bbox_to_anchor=(1.0, 1.0))
@@ -124,7 +125,7 @@ def _draw_weather(axes: Axes, replay: Replay) -> None:
 def _draw_north(axes: Axes, replay: Replay) -> None:
     """Draw an arrow to the north."""
     bearing = bearing_of(replay)
-    _draw_arrow(axes, (1.04, 0.2), np.array([np.cos(bearing), np.sin(bearing)]), "N", "#26323b")
+    _draw_arrow(axes, (1.04, 0.27), np.array([np.cos(bearing), np.sin(bearing)]), "N", "#26323b")
 
 
 def _draw_arrow(axes: Axes, middle: tuple[float, float], along: npt.NDArray[np.float64], text: str, color: str) -> None:

@@ -36,9 +36,9 @@ from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
 from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fleet import Fleet
-from scenarios.setup.placed_solids import Solid
 from scenarios.setup.run_description import describe_run
 from scenarios.setup.simulators import Simulators, build_simulators
+from scenarios.setup.solids.placed_solids import Solid
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import RunParts, signals_of
 from scenarios.signals.weather_inputs import set_wind
@@ -205,7 +205,7 @@ def build(
         strength=BoomStrength(scenario, world, simulators.fleet, scoring),
         winches=Winches(scenario, world, simulators.fleet),
         accounts=accounts,
-        remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes),
+        remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),
         parts=parts,
         participants=participants if faults is None else _failing(participants, faults, world),
         connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators)),

@@ -53,11 +53,11 @@ def blockage(name: str, scenario: Scenario, level: float) -> float:
     """Compute the share [-] of the water's section that a boom and the hulls that tow it fill, across the way of the water.
 
     The way is that of the tow or of the vessel's first leg under way, or of the current. Open sides do not hold the water in: the share is
-    0 where one lies across. `level` [m] of the still water.
+    0 where one lies across, and in a run whose sea is formulas. `level` [m] of the still water.
     """
     boom, tank = scenario.booms[name], scenario.tank
     way = _way(boom, scenario)
-    if way is None:
+    if way is None or not scenario.run.has_particles:
         return 0.0
     across = np.array([-math.sin(way), math.cos(way)])
     axis = int(np.argmax(np.abs(across)))

@@ -27,7 +27,7 @@ from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 
 if TYPE_CHECKING:
-    from scenarios.setup.placed_solids import Solid
+    from scenarios.setup.solids.placed_solids import Solid
 
 SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
 SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
@@ -148,14 +148,18 @@ def _of_windows(scenario: Scenario, windows: Sequence[WindowSettings]) -> tuple[
     """Return what is to be told of windows, and the mean steps of their particles in each of the communication; 1 without one."""
     if not windows:
         return (), 1.0
-    from scenarios.setup.at_sea.window_choice import fluid_steps, window_remarks  # only such a run pays for particles
+    from scenarios.setup.at_sea.window_choice import (
+        fluid_steps,
+        window_facts,
+        window_remarks,
+    )  # only such a run pays for particles
     from scenarios.setup.fleet import water_density
 
     sea = build_sea(scenario, water_density(scenario))
     assert sea is not None  # that of the tank at least
     steps = [fluid_steps(scenario, one) for one in windows]
     mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
-    return tuple(window_remarks(scenario, sea)), mean
+    return (*window_facts(scenario), *window_remarks(scenario, sea)), mean
 
 
 def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:
@@ -198,7 +202,7 @@ def _told(scenario: Scenario, solids: Sequence[Solid], level: float, interfaces:
     if not solids or not scenario.run.has_particles:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed, *unused_sea(scenario))
     from scenarios.setup.boom_remarks import boom_remarks
-    from scenarios.setup.thin_bodies import thin_bodies, thin_samplings
+    from scenarios.setup.solids.thin_bodies import thin_bodies, thin_samplings
 
     spacing = scenario.fluid.particle_spacing
     thin = thin_bodies(solids, thin_samplings(solids, spacing), spacing)

@@ -31,7 +31,7 @@ from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_lines import lay_off_reel, reel_line, reel_name, strung
 from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
-from scenarios.setup.placed_solids import Solid
+from scenarios.setup.solids.placed_solids import Solid
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import Drive, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
@@ -362,8 +362,8 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         pocket=None if settings.pocket is None else settings.pocket.built(),
         water_density=water_density(scenario),
     )
-    boom = design.boom()
-    return boom if not scenario.run.has_particles else boom.resolved_by(scenario.fluid.particle_spacing)
+    boom, spacing = design.boom(), scenario.coarsest_spacing
+    return boom if spacing is None else boom.resolved_by(spacing)
 
 
 def _boom_end(end: str | Point2, settings: BoomSettings, vessels: Mapping[str, Vessel], water_level: float) -> Point2:

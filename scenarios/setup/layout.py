@@ -26,7 +26,7 @@ from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
 from scenarios.setup.moorings import add_legs, beach_of, tie_name
-from scenarios.setup.placed_solids import Solid, own_solids, table_entry, vector
+from scenarios.setup.solids.placed_solids import Solid, own_solids, table_entry, vector
 
 Array = NDArray[np.float64]
 

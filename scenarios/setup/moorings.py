@@ -18,7 +18,7 @@ from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.moorings import MooringSettings, PartSettings, held_ends, tied_ends
-from scenarios.setup.placed_solids import Solid, vector
+from scenarios.setup.solids.placed_solids import Solid, vector
 from vessels.ground_tackle import Rope, laid_anchor, leg_part
 
 Array = NDArray[np.float64]

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from booms.containment import PRACTICE_SPEED
 from booms.deployment import BoomLayout
 from booms.scores import skirt_drag_coefficient, tow_force
-from recordings.exercise import BoomDescription, ExerciseDescription, Site
+from recordings.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
 from recordings.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.scenario import Scenario, SiteSettings
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
+from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.boom_remarks import blockage
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal
-from scenarios.setup.placed_solids import Solid
 from scenarios.setup.simulators import Simulators
+from scenarios.setup.solids.placed_solids import Solid
 from scenarios.versions import versions
 
 _QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
@@ -46,8 +47,31 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
         site=None if scenario.site is None else _site(scenario.site),
+        windows=tuple(describe_windows(simulators)),
         plots=_describe_plots(scenario),
     )
+
+
+def describe_windows(simulators: Simulators) -> Iterator[WindowDescription]:
+    """Describe the windows of a run, which has them in the order of the scenario."""
+    tables = simulators.scenario.window.items() if simulators.windows else ()
+    for (name, table), window in zip(tables, simulators.windows, strict=True):
+        settings = window.settings
+        yield WindowDescription(
+            name=name,
+            target=_target_in_words(table.target, simulators.scenario),
+            size=settings.whole_size,
+            depth=window.depth,
+            spacing=settings.spacing,
+        )
+
+
+def _target_in_words(target: str | tuple[float, float], scenario: Scenario) -> str:
+    """Say what the middle of a window follows."""
+    if not isinstance(target, str):
+        return f"the place {target[0]:g}, {target[1]:g} m"
+    kind = "the middle of boom" if target in scenario.booms else "vessel" if target in scenario.vessels else "body"
+    return f"{kind} {target}"
 
 
 def _describe_meshes(solids: Sequence[Solid]) -> dict[str, MeshDescription]:
@@ -98,7 +122,7 @@ def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> 
         booms=tuple(_describe_boom(name, layout, scenario, water_level) for name, layout in fleet.booms.items()),
         current=(flow[0], flow[1]),
         water_level=water_level,
-        period=scenario.tank.period,
+        period=scenario.period,
         wind=(blow[0], blow[1]),
         criteria=as_data(scenario.criteria),
     )
@@ -127,6 +151,7 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_leve
         ),
         waiting_ties=tuple(tie for tie, one in scenario.ties.items() if one.waits and name in one.booms),
         flow_shares=() if layout.boom.pocket is None else tuple(layout.boom.flow_shares.tolist()),
+        has_closures=has_closures(scenario, name),
     )
 
 

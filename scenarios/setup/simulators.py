@@ -25,8 +25,8 @@ from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import air_remarks, build_fluid, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
-from scenarios.setup.placed_solids import Solid, sampled
-from scenarios.setup.thin_bodies import thin_bodies
+from scenarios.setup.solids.placed_solids import Solid, sampled
+from scenarios.setup.solids.thin_bodies import thin_bodies
 
 if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
@@ -42,6 +42,7 @@ class Simulators:
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
+    facts: what comes of windows' resolution, in words;
     slick: the oil of a run without particles, None without any; skimmers: what takes it off the water; windows: the boxes of particles of a
     run at sea, of which the first has `fluid`; none in other runs.
     """
@@ -58,6 +59,7 @@ class Simulators:
     left_out: Mapping[str, str]
     thin: Mapping[str, str]
     notes: tuple[str, ...]
+    facts: tuple[str, ...] = ()
     slick: SlickParticipant | None = None
     skimmers: tuple[SkimmingParticipant, ...] = ()
     windows: tuple[Window, ...] = ()
@@ -128,7 +130,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
         exchange_oil,
         targets_of,
     )  # only such a run pays for it
-    from scenarios.setup.at_sea.window_choice import window_remarks
+    from scenarios.setup.at_sea.window_choice import window_facts, window_remarks
 
     assert layout.sea is not None
     windows = build_windows(written, layout.sea)
@@ -153,6 +155,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
             *left_out(written),
             *window_remarks(written, layout.sea),
         ),
+        facts=tuple(window_facts(written)),
         slick=slick,
         skimmers=_skimmers(written, layout, slick),
         windows=tuple(windows.values()),

@@ -77,6 +77,7 @@ class BoomScore:
         self._series: dict[str, float] = {}
         spacing = scenario.fluid.particle_spacing
         self._tank, self._slack, self._volume = scenario.tank, spacing, spacing**3
+        self._period = scenario.period
         self._ended = False  # once the boom has left the simulated sea
         self.tracker = ContainmentTracker(
             ContainmentOptions(
@@ -88,7 +89,7 @@ class BoomScore:
                     (phase.viscosity / phase.rest_density for phase in scenario.phases.values() if phase.is_oil),
                     default=0.0,
                 ),
-                period=scenario.tank.period,
+                period=scenario.period,
             )
         )
 
@@ -155,7 +156,7 @@ class BoomScore:
         """Return the volume [m3] of oil in the protected area: of particles at `oil` (N, 3) [m], or of a slick."""
         if slick is not None:
             return volume_within(slick, self._area)
-        within = beside(oil, self._area, self._tank.period)[:, :2]
+        within = beside(oil, self._area, self._period)[:, :2]
         return float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
 
     def lose(self, time: float, fluid: Fluid, world: RigidBodyWorld, level: float) -> None:
@@ -177,7 +178,7 @@ class BoomScore:
     def _look_out(self, world: RigidBodyWorld, state: BoomState) -> None:
         """Say where the boom or one of its vessels leaves the simulated sea, and where it sails on into a sea that repeats."""
         places = np.concatenate([state.line(), *(world.pose(name)[None, :2] for name in self._vessels)])
-        for side, text, ends in sides_passed(self._tank, places, self._slack):
+        for side, text, ends in sides_passed(self._tank, places, self._slack, repeats=any(self._period)):
             self._tell_once(f"edge {side}", True, text)
             self._ended |= ends
 

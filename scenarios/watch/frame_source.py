@@ -25,6 +25,7 @@ from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.boom_lines import paid_out, reel_name
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.moorings import tie_name
+from scenarios.setup.run_description import describe_windows
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
@@ -63,6 +64,7 @@ class FrameReader:
         self._pulls = _pulls(simulators.fleet)
         self._accounts, self._skimmers = accounts, skimmers
         self._fmus = fmus
+        self._windows = tuple(describe_windows(simulators))
         self._sea_surface = SeaSurface()
         scenario = simulators.scenario
         self._probes = probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
@@ -71,7 +73,13 @@ class FrameReader:
         """Return the frame at a communication point; bodies and particles must be asked for before the run goes on."""
         accounts = self._accounts
         scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
-        scalars |= accounts.coupling.series() | self._moorings() | self._skimmers.series() | self._fmu_outputs()
+        scalars |= (
+            self._middles(point.time)
+            | accounts.coupling.series()
+            | self._moorings()
+            | self._skimmers.series()
+            | self._fmu_outputs()
+        )
         return Frame(
             index=point.index,
             time=point.time,
@@ -113,6 +121,13 @@ class FrameReader:
     def _film(self, surface: SurfaceFrame) -> FilmFrame | None:
         slick = self._simulators.slick
         return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
+
+    def _middles(self, time: float) -> dict[str, float]:
+        """Return the place [m] of each window's middle at `time` [s], by the names of its series."""
+        series = dict[str, float]()
+        for described, window in zip(self._windows, self._simulators.windows, strict=True):
+            series |= dict(zip(described.middle_series, window.middle(time).tolist(), strict=True))
+        return series
 
     def _moorings(self) -> dict[str, float]:
         """Return the tension [N] of each tie, reel and mooring leg, and how far [m] its anchor has dragged."""

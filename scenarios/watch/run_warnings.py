@@ -35,18 +35,19 @@ class Remarks:
         left_out: Mapping[str, str],
         thin: Mapping[str, str],
         notes: Sequence[str] = (),
+        facts: Sequence[str] = (),
     ) -> None:
         """Watch a run of `scenario`.
 
         left_out: what bodies take of the liquid at the start, in words, by region; thin: warnings of `thin_bodies`; notes: what was mended
-        of bodies' meshes.
+        of bodies' meshes; facts: what comes of settings, which is no warning.
         """
         self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
         self._left_out = left_out
         fluid = scenario.fluid
         self._misfits = misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
         self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
-        self._notes = tuple(notes)
+        self._notes, self._facts = tuple(notes), tuple(facts)
         self._thin = dict(thin)
         self._made: set[str] = set()
 
@@ -78,6 +79,8 @@ class Remarks:
             yield f"misfit {name}", Notice(text, level=level, source="oilsim")
         for text in self._notes:
             yield text, Notice(text, level="warning", source="oilsim")
+        for text in self._facts:
+            yield text, Notice(text, level="info", source="oilsim")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
         solves = {

@@ -60,7 +60,7 @@ def sea_with_windows(sea: Sea, time: float, places: Array, windows: Sequence[Win
 
 def _corners(window: Window, time: float) -> tuple[Array, Array]:
     """Return the lower and the upper corner (2,) [m] of a window at `time` [s], where its water is now."""
-    middle = np.asarray(window.rim.center, dtype=np.float64) + np.ravel(window.motion.travel(time))[:2]
+    middle = window.middle(time)
     half = 0.5 * np.array(window.settings.whole_size)
     return middle - half, middle + half
 

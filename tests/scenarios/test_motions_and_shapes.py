@@ -21,9 +21,9 @@ from scenarios.schema.bodies import (
     TableMotion,
 )
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
-from scenarios.setup.body_motions import TowingMotion, prescribed_motion
-from scenarios.setup.body_shapes import body_solid, prism, rock
-from scenarios.setup.placed_solids import own_solids
+from scenarios.setup.solids.body_motions import TowingMotion, prescribed_motion
+from scenarios.setup.solids.body_shapes import body_solid, prism, rock
+from scenarios.setup.solids.placed_solids import own_solids
 
 
 def test_towing_velocity_is_the_derivative_of_the_position() -> None:

@@ -28,7 +28,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, SphereFill, Tank
 from scenarios.setup.boom_losses import tension_of
 from scenarios.setup.moorings import beach_of
-from scenarios.setup.placed_solids import vector
+from scenarios.setup.solids.placed_solids import vector
 
 Array = NDArray[np.float64]
 

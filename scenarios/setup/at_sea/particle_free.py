@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from oilsim.loads.load_model import LoadModel
     from oilsim.sea import Sea
     from scenarios.setup.fleet import Fleet
-    from scenarios.setup.placed_solids import Solid
+    from scenarios.setup.solids.placed_solids import Solid
 
 LEFT_OUT = 'run.detail is "{}": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
@@ -62,7 +62,7 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
 def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
     """Let the sea load all free bodies of the world; ScenarioError with every body that does not float."""
     from oilsim.loads.morison import FloatingBodies
-    from scenarios.setup.placed_solids import table_entry
+    from scenarios.setup.solids.placed_solids import table_entry
 
     models = dict(_models_of_fleet(fleet))
     problems = []

@@ -10,7 +10,7 @@ from booms.deployment import PlacedBody
 from coupling.bodies import mass_properties
 from coupling.participants.plan_barriers import Beach
 from recordings.exercise import GROUND
-from scenarios.setup.placed_solids import HELD_DENSITY, Solid
+from scenarios.setup.solids.placed_solids import HELD_DENSITY, Solid
 
 # [m] thickness of the ground in pictures
 THICKNESS = 0.5

@@ -27,7 +27,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.setup.fleet import Fleet
-from scenarios.setup.placed_solids import Solid, sampled
+from scenarios.setup.solids.placed_solids import Solid, sampled
 
 
 def build_windows(scenario: Scenario, sea: Sea) -> dict[str, Window]:

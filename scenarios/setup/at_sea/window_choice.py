@@ -141,20 +141,28 @@ def seconds_per_particle_step(threads: int | None) -> float:
         window.fluid.close()
 
 
+def window_facts(scenario: Scenario) -> Iterator[str]:
+    """Say what comes of each window's resolution."""
+    for name, window in scenario.window.items() if scenario.run.detail == "window" else ():
+        settings = window.settings(scenario.fluid)
+        size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(scenario, settings)
+        yield (
+            f"{window_place(name, scenario.window)}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
+            f" {settings.particle_count:,} particles of {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step; oil"
+            f" thinner than {spacing:.3g} m stays parcels"
+        )
+
+
 def window_remarks(scenario: Scenario, sea: Sea) -> Iterator[str]:
-    """Say what comes of each window's resolution, and what is wrong with its size and place though it can be run."""
+    """Say what is wrong with the size, the place and the particles of each window though it can be run."""
     for name, window in scenario.window.items() if scenario.run.detail == "window" else ():
         yield from _of_one(scenario, window, sea, window_place(name, scenario.window))
 
 
 def _of_one(scenario: Scenario, window: WindowTable, sea: Sea, place: str) -> Iterator[str]:
-    """Say what comes of one window, which is described at a `place` of the file."""
+    """Say what is wrong with one window, which is described at a `place` of the file."""
     settings = window.settings(scenario.fluid)
-    size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(scenario, settings)
-    yield (
-        f"{place}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep, {settings.particle_count:,} particles of"
-        f" {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step; oil thinner than {spacing:.3g} m stays parcels"
-    )
+    spacing = settings.spacing
     for name, boom in scenario.booms.items():
         if boom.skirt_depth < COARSE * spacing:
             yield (

@@ -6,8 +6,10 @@ import math
 
 import numpy as np
 import pytest
+import trimesh
 
 from coupling.bodies import box
+from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
 from oilsim.boundaries.boundary_particles import tank_walls
@@ -48,6 +50,75 @@ def test_no_particle_passes_a_plate_that_moves_as_floating_ones_do(make_fluid, t
         x += 0.01 * velocity[0]
     assert fluid.particle_count == 880
     assert np.max(fluid.particles.position[0]) < x
+
+
+def cup(thickness: float) -> trimesh.Trimesh:
+    """A round cup of radius 0.6 m: curved walls that meet a floor."""
+    half = 0.5 * thickness
+    outer, inner = 0.6 + half, 0.6 - half
+    section = [(0, -half), (outer, -half), (outer, 1.1), (inner, 1.1), (inner, half), (0, half)]
+    mesh = trimesh.creation.revolve(section, sections=48)
+    if mesh.volume < 0.0:
+        mesh.invert()
+    return mesh
+
+
+def tray(thickness: float) -> trimesh.Trimesh:
+    """A tray of 1.2 m with a partition: corners of two and three plates, and plates that end at others."""
+    half, side = 0.5 * thickness, 0.6
+    outer = bounded((-side - half, -side - half, -half), (side + half, side + half, 1.1))
+    hollow = bounded((-side + half, -side + half, half), (side - half, side - half, 1.3))
+    return outer.difference(hollow).union(bounded((-half, -side, 0.0), (half, side, 1.1)))
+
+
+def trough(thickness: float) -> trimesh.Trimesh:
+    """A trough of two plates that meet at 60 degrees, with plates at its ends."""
+    slope, deep = math.tan(math.radians(30.0)), thickness  # along z, half the thickness of plates that stand so
+    sections = ((-deep, 1.3, 1.2 + thickness), (deep, 1.5, 1.2 - thickness))
+    outer, inner = (
+        trimesh.Trimesh(
+            [(x, y, z) for y in (-0.5 * length, 0.5 * length) for x, z in ((0, foot), (wide, top), (-wide, top))],
+            [(0, 1, 2), (3, 5, 4), (0, 3, 4), (0, 4, 1), (1, 4, 5), (1, 5, 2), (2, 5, 3), (2, 3, 0)],
+        )
+        for foot, top, length in sections
+        for wide in ((top - foot) * slope,)
+    )
+    return outer.difference(inner)
+
+
+def bounded(lower: tuple[float, ...], upper: tuple[float, ...]) -> trimesh.Trimesh:
+    return trimesh.creation.box(bounds=np.array([lower, upper]))
+
+
+VESSELS = {
+    "cup": (cup, lambda x, y, z: (np.hypot(x, y) < 0.6) & (z > 0.0)),
+    "half a tray": (tray, lambda x, y, z: (x < 0.0) & (x > -0.6) & (np.abs(y) < 0.6) & (z > 0.0)),
+    "trough": (trough, lambda x, y, z: (np.abs(x) < z * math.tan(math.radians(30.0))) & (np.abs(y) < 0.6)),
+}
+
+
+@pytest.mark.parametrize(
+    ("vessel", "thickness", "speed"),
+    [("cup", 1.0, 0.0), ("cup", 0.3, 0.5), ("half a tray", 0.3, 0.0), ("half a tray", 1.0, 0.5), ("trough", 1.0, 0.0)],
+)
+def test_no_particle_leaves_a_vessel_of_thin_plates(make_fluid, vessel: str, thickness: float, speed: float) -> None:
+    """Filled eight to nine spacings deep, and held or swinging as bodies that answer to the water are: through wall, corner and foot."""
+    shape, within = VESSELS[vessel]
+    mesh = shape(thickness * SPACING)
+    fluid = make_fluid(lower=(-1.8, -1.8, -1.0), upper=(1.8, 1.8, 2.4))
+    handle = fluid.add_boundary(particles_of("vessel", sample_surface(mesh, SPACING)))
+    points = block((-1.19, -1.187, 0.0), (1.21, 1.213, 0.9), SPACING)
+    clear = SignedDistance(mesh).phi(points) > 0.4 * SPACING
+    fluid.add_particles(points[clear & within(*points.T)], phase="water")
+    count, x = fluid.particle_count, 0.0
+    for n in range(100):
+        velocity = (speed * math.sin(4.0 * math.pi * 0.01 * n), 0.0, 0.0)
+        fluid.set_boundary_motion(handle, (x, 0, 0), (0, 0, 0, 1), velocity, (0, 0, 0))
+        fluid.advance(0.01)
+        x += 0.01 * velocity[0]
+    place = fluid.particles.position - np.array([[x], [0.0], [0.0]])
+    assert fluid.particle_count == count > 250
+    assert within(*place).all()
 
 
 def test_a_drop_that_a_thin_plate_stops_gives_it_its_momentum(make_fluid) -> None:

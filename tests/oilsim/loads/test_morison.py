@@ -129,6 +129,37 @@ def test_parts_and_bodies_add_up():
     assert np.ptp(other.wrench, axis=0) == pytest.approx(0.0, abs=1e-6)
 
 
+def moving_body(axes: np.ndarray):
+    """Loads of one body in waves, current and wind that is described along its own axes turned by `axes` (3, 3); its pose is the same."""
+    mesh = trimesh.creation.box((1.2, 0.8, 0.6))
+    mesh.vertices = mesh.vertices @ axes.T
+    part = part_of(mesh, np.abs(axes) @ [50.0, 120.0, 300.0], np.abs(axes) @ [20.0, 30.0, 70.0])
+    stations = tuple(
+        Station(
+            place=axes @ place, drag_area=np.abs(axes) @ [0.4, 0.9, 1.5], wind_area=np.abs(axes) @ [0.7, 1.1, 0.2],
+            half_height=0.3,
+        )
+        for place in ([0.5, 0.2, -0.1], [-0.4, 0.3, 0.2])
+    )  # fmt: skip
+    wave = RegularWaves(height=0.5, period=3.0, direction=0.6, theory="linear")
+    sea = steady_sea(density=RHO, current=(1.0, -0.7), wind=(6.0, 4.0), waves=wave)
+    turn = Rotation.from_matrix(Rotation.from_rotvec((0.4, -0.3, 0.9)).as_matrix() @ axes.T)
+    twist = np.array([[0.3, -0.2, -0.4, 0.5, -0.6, 0.7]])
+    return FloatingBodies([LoadModel(parts=(part,), stations=stations)], sea).loads(
+        0.7, pose_at((0, 0, 0.1), turn), twist
+    )
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_the_names_of_a_bodys_axes_change_nothing(turns):
+    """A body whose x, y, z are called y, z, x, and again, has the same loads in the world."""
+    axes = np.linalg.matrix_power(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), turns)
+    wanted, found = moving_body(np.eye(3)), moving_body(axes)
+    assert 0.1 < wanted.wetted_volume[0] < 0.5  # of 0.576 m3
+    for one, other in zip(found, wanted, strict=True):
+        assert one == pytest.approx(other, rel=1e-9, abs=1e-9 * np.abs(other).max())
+
+
 def test_section_coefficients_are_those_of_half_cylinder_and_plate():
     """Half-immersed cylinder of radius R: rho pi R^2 / 2 in both directions; at k R = 0.8 its wave damping is
     0.41 of rho pi R^2 / 2 omega.

@@ -12,7 +12,9 @@ from oilsim.neighborhood.smoothing_kernels import (
     kernel_slope_over_q,
     lattice_diagonal,
     lattice_moment,
+    lattice_stiffness,
     normalisation,
+    steepest_slope,
 )
 
 
@@ -91,3 +93,28 @@ def test_moment_and_diagonal_of_the_lattice(dimension):
     assert lattice_diagonal(dimension) == pytest.approx((gradient**2).sum(), rel=1e-6)
     # 2 % short of an exact gradient
     assert lattice_moment(dimension) == pytest.approx(1.0, abs=0.025)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_steepest_slope_is_the_steepest(dimension):
+    spacing, q = 0.03, np.linspace(0.0, 1.0, 20001)
+    slope = np.gradient(kernel(q, normalisation(spacing, dimension)), q * SUPPORT * spacing)
+    assert steepest_slope(spacing, dimension) == pytest.approx(np.abs(slope).max(), rel=1e-6)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_stiffness_of_the_lattice_is_the_curvature_of_its_kernels(dimension):
+    """Layers z = ..., 0, 1, ... that move against each other by 1 change the pair vectors of every second layer by twice that."""
+    points, _ = lattice(dimension)
+    points, step = points[np.abs(points[:, -1]) % 2.0 == 1.0], 1e-4
+    sigma = normalisation(1.0, dimension)
+
+    def density(shift):
+        return kernel(np.linalg.norm(points + shift, axis=1) / SUPPORT, sigma).sum()
+
+    # along a layer and across it, by central differences: error of order step^2
+    curvature = [
+        (density(step * e) - 2.0 * density(0.0 * e) + density(-step * e)) / step**2 for e in np.eye(dimension)[[0, -1]]
+    ]
+    # 2 p / (m rho) times the curvature times the distance 2 by which the layers part
+    assert lattice_stiffness(dimension) == pytest.approx(4.0 / lattice_moment(dimension) * max(curvature), rel=1e-5)

@@ -28,7 +28,7 @@ from scenarios.schema.bodies import BoxBody, Fixed
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.schema.probe_settings import BodyProbe, PressureProbe, VelocityProbe, WaveGauge
 from scenarios.setup.fluid import fill_positions
-from scenarios.setup.placed_solids import own_solids
+from scenarios.setup.solids.placed_solids import own_solids
 from tests.poison import Poison
 from tests.scenarios.kills import started_run
 

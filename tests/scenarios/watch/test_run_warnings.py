@@ -8,7 +8,7 @@ import pytest
 
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
-from scenarios.setup.thin_bodies import swollen_bodies
+from scenarios.setup.solids.thin_bodies import swollen_bodies
 from scenarios.watch.run_warnings import Remarks
 
 SHELF: dict[str, Any] = {

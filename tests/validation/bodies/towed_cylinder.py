@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.initial_conditions import block
-from scenarios.setup.body_motions import TowingMotion
+from scenarios.setup.solids.body_motions import TowingMotion
 from tests.validation.bodies.towing import BEATS, towed
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import disc

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from oilsim.boundaries.boundary_particles import solid_box
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
-from scenarios.setup.body_motions import TowingMotion
+from scenarios.setup.solids.body_motions import TowingMotion
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import GRAVITY, closed_channel, liquid, open_tank
 

@@ -77,6 +77,31 @@ def test_stiffness_is_the_slope_of_the_pull() -> None:
         assert pulls[1].stiffness == pytest.approx(slope, rel=1e-5)
 
 
+@pytest.mark.parametrize("vertical", [30.0, 700.0, 3200.0], ids=["rope on the ground", "chain on the ground", "lifted"])
+def test_spans_have_the_derivatives_that_they_tell(vertical: float) -> None:
+    """By central differences; a weightless bridle hangs over rope and chain, and all give much."""
+    soft = np.array([[5.0, 0.0, 2e4], [40.0, 5.0, 3e4], [20.0, 120.0, 3e5]])
+    horizontal, step = 400.0, 1e-2
+    found = span_of(soft, horizontal, vertical)
+    by_h = (span_of(soft, horizontal + step, vertical) - span_of(soft, horizontal - step, vertical)) / (2.0 * step)
+    by_v = (span_of(soft, horizontal, vertical + step) - span_of(soft, horizontal, vertical - step)) / (2.0 * step)
+    assert found[2:6] == pytest.approx([by_h[0], by_v[0], by_h[1], by_v[1]], rel=1e-6)
+
+
+@pytest.mark.parametrize("vertical", [30.0, 700.0, 3200.0], ids=["rope on the ground", "chain on the ground", "lifted"])
+def test_a_part_spans_what_its_halves_span(vertical: float) -> None:
+    soft = np.array([[40.0, 5.0, 3e4], [20.0, 120.0, 3e5]])
+    halves = np.repeat(soft, 2, axis=0) * [0.5, 1.0, 1.0]
+    assert span_of(halves, 400.0, vertical) == pytest.approx(span_of(soft, 400.0, vertical), rel=1e-12)
+
+
+@pytest.mark.parametrize("guess", [(1e-3, 0.0), (1.0, 1.0), (1e6, 1e6)])
+def test_the_pull_does_not_hang_on_the_guess(guess: tuple[float, float]) -> None:
+    for distance in (30.0, 52.0, 58.0, 60.5):
+        pull, wanted = (pull_of(table(ROPE, CHAIN), distance, 15.0, start) for start in (guess, (900.0, 2500.0)))
+        assert pull == pytest.approx(wanted, rel=1e-6)
+
+
 def test_weightless_rope_is_a_spring() -> None:
     pull = pull_of(np.array([[10.0, 0.0, 1e4]]), 8.0, 6.6, (1.0, 1.0))
     stretched = math.hypot(8.0, 6.6)

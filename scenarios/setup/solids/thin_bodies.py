@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from coupling.pybullet_world.attachment_warnings import leaking, swelling, thinnest_seen
 from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
 from coupling.solids.thin_parts import plates_of
-from scenarios.setup.placed_solids import Solid, table_entry
+from scenarios.setup.solids.placed_solids import Solid, table_entry
 
 
 def thin_samplings(solids: Sequence[Solid], particle_spacing: float) -> dict[int, SurfaceSampling]:

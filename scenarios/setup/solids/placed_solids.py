@@ -24,8 +24,8 @@ from scenarios.problems import Problem, problems_of
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Body, Fixed, Free, MeshBody
 from scenarios.schema.parsing.quantity_fields import Vector
-from scenarios.setup.body_motions import prescribed_motion
-from scenarios.setup.body_shapes import body_solid
+from scenarios.setup.solids.body_motions import prescribed_motion
+from scenarios.setup.solids.body_shapes import body_solid
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,50 @@
+"""What the console's page is told of a run: outlines of fixed bodies, and tow lines as laid, as ordered and as they are."""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from scenarios.bench.scenario_run import ScenarioRun
+from scenarios.conduct.snapshot import scene_of, state_of
+from scenarios.load import scenario_from
+from scenarios.running.apply_orders import give_orders
+from scenarios.running.plan import Plan
+from tests.scenarios.small_tow import small_tow
+
+MORE = """line_stiffness = 2000.0
+winch_speed = 0.5
+
+[bodies.pier]
+shape = "box"
+size = [3.0, 2.0, 12.0]
+position = [40.0, 20.0, -4.0]
+rotation_deg = [0.0, 0.0, 90.0]
+motion = { kind = "fixed" }
+"""
+
+
+@pytest.fixture
+def run(scenario_run: type[ScenarioRun]) -> ScenarioRun:
+    text = small_tow(duration=9.0, communication_step=0.1, frame_rate=5) + MORE
+    return scenario_run(scenario_from(tomllib.loads(text)))
+
+
+def test_fixed_bodies_have_their_outline_in_plan(run: ScenarioRun) -> None:
+    outlines = scene_of(run.assembly)["bodies"]
+    assert list(outlines) == ["pier"]
+    corners = np.array(outlines["pier"])
+    assert sorted(map(tuple, corners)) == [(39.0, 18.5), (39.0, 21.5), (41.0, 18.5), (41.0, 21.5)]
+
+
+def test_a_tow_line_is_told_as_laid_as_ordered_and_as_it_is(run: ScenarioRun) -> None:
+    plan = Plan(scenario=run.scenario)
+    ordered = plan.ordered(["booms.main.tow_line=3.0", "vessels.port.hauled=0.25"], 0).scenario_at(0)
+    give_orders(run.assembly, ordered)
+    run.simulation.run(0.1)
+    vessels = state_of(run.assembly, ordered, run.history.frames[-1])["vessels"]
+    # the winch pays out 0.5 m/s towards 3 m; the port one hauls a quarter of a metre of that in again
+    assert vessels["port"]["line"] == pytest.approx({"laid": 3.0, "ordered": 2.75, "now": 2.05})
+    assert vessels["starboard"]["line"] == pytest.approx({"laid": 3.0, "ordered": 3.0, "now": 2.05})
