@@ -111,15 +111,17 @@ class Zone:
 class Current:
     """Relaxes the velocity in a zone to `velocity` [m/s]; the vertical component is left free.
 
-    speed [m/s], direction [rad from +x]: those of its horizontal part. ValueError for a velocity that is not three finite numbers.
+    beside: a zone within it, None without one, in which something else keeps the current: waves that it carries, whose orbital motion it
+    would brake. speed [m/s], direction [rad from +x]: those of its horizontal part. ValueError for a velocity that is not three finite
+    numbers.
     """
 
     QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
         {"speed": Quantity(unit="m/s", at_least=0.0, at_most=20.0), "direction": Quantity(unit="rad")}
     )
 
-    def __init__(self, velocity: Vector, zone: Zone) -> None:
-        self.velocity, self.zone = velocity, zone
+    def __init__(self, velocity: Vector, zone: Zone, beside: Zone | None = None) -> None:
+        self.velocity, self.zone, self.beside = velocity, zone, beside
 
     @property
     def velocity(self) -> Vector:
@@ -134,8 +136,10 @@ class Current:
         self._velocity = velocity
 
     def apply(self, view: ForcingView) -> None:
-        """Change the velocities inside the zone by dv/dt = (u_current - v) / tau."""
+        """Change the velocities inside the zone, and outside `beside`, by dv/dt = (u_current - v) / tau."""
         chosen = self.zone.members(view.position)
+        if self.beside is not None:
+            chosen = np.setdiff1d(chosen, self.beside.members(view.position), assume_unique=True)
         share = self.zone.share(view.time_step, view.position[:, chosen])
         for axis in (0, 1):
             view.velocity[axis, chosen] += share * (np.float32(self.velocity[axis]) - view.velocity[axis, chosen])

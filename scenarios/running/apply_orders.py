@@ -11,7 +11,7 @@ from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.emitter import PipeEmitter
-from oilsim.forcing import AiryWaves, Wind
+from oilsim.forcing import AiryWaves, Current, Wind
 from oilsim.loads.morison import FloatingBodies
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
@@ -160,8 +160,11 @@ def _drive(assembly: Assembly, scenario: Scenario) -> None:
     settings, forcings = scenario.forcing, assembly.fluid.forcings
     in_window = scenario.run.detail == "window"  # whose water is at rest in the sea's motion: nothing drives it
     for place, forcing in enumerate(() if in_window else forcings_of(scenario, assembly.level)):
-        if place == len(forcings) or type(forcings[place]) is not type(forcing):
+        there = forcings[place] if place < len(forcings) else None
+        if type(there) is not type(forcing):
             forcings.insert(place, forcing)
+        elif isinstance(there, Current) and isinstance(forcing, Current):
+            there.beside = forcing.beside  # of waves that have come
     if settings.current is not None:
         set_current(assembly.fluid, assembly.scoring, settings.current.speed, settings.current.direction)
     if settings.wind is not None:

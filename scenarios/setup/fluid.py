@@ -255,11 +255,12 @@ def pipe_of(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
 
 
 def forcings_of(scenario: Scenario, level: float) -> Iterator[Forcing]:
-    """Create the current first, then the waves, which have priority in their zone, then the wind; `level` [m] of the still water."""
+    """Create the current, then the waves, which keep it in their zone, then the wind; `level` [m] of the still water."""
     forcing = scenario.forcing
     if forcing.current is not None:
         velocity = horizontal(forcing.current.speed, forcing.current.direction)
-        yield Current(velocity, _zone(forcing.current, scenario))
+        waves = None if forcing.waves is None else _zone(forcing.waves, scenario)
+        yield Current(velocity, _zone(forcing.current, scenario), waves)
     if forcing.waves is not None:
         yield _waves(forcing, scenario, level)
     yield from _wind(scenario, level)

@@ -72,6 +72,25 @@ def test_current_is_reached_with_its_time_constant(make_fluid):
     assert fluid.phase_velocities("water").mean(axis=0) == pytest.approx(expected, abs=1e-4)
 
 
+def test_a_current_beside_waves_leaves_their_orbital_motion_alone(make_fluid):
+    """In the waves' zone water moves as waves alone would have it, which carry the current; elsewhere it is the current's."""
+    half = Zone((0.0, -1.0, -1.0), (1.0, 4.0, 4.0), 0.5)
+    waves = AiryWaves(height=0.1, period=1.2, direction=0.5, bottom=0.0, level=1.0, zone=half, drift=(0.2, -0.1))
+    found = []
+    for forcings in ([waves], [Current((0.2, -0.1, 0.0), EVERYWHERE, beside=half), waves]):
+        fluid = make_fluid(gravity=(0.0, 0.0, 0.0))
+        fluid.add_particles([(0.5, 0.5, 0.8), (1.5, 0.5, 0.8)], phase="water")
+        waves.restore({"height": 0.1, "drift": (0.2, -0.1), "carried": (0.0, 0.0)})
+        for forcing in forcings:
+            fluid.add_forcing(forcing)
+        for _ in range(50):
+            fluid.advance(0.01)
+        found.append(fluid.phase_velocities("water"))
+    np.testing.assert_array_equal(found[1][0], found[0][0])
+    assert found[0][1] == pytest.approx(0.0)
+    assert found[1][1] == pytest.approx(np.array([0.2, -0.1, 0.0]) * (1 - math.exp(-1.0)), abs=1e-4)
+
+
 @pytest.mark.parametrize("spacing", [0.1, 0.05])
 def test_wind_force_is_stress_times_area(make_fluid, spacing):
     fluid = make_fluid(particle_spacing=spacing, lower=(0, 0, -0.3), upper=(1, 1, 1), periodic=(True, True, False))
