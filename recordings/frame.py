@@ -7,7 +7,7 @@ name gives its group: ``boom/segment-03``, ``vessels/port``, ``bodies/rock`` (a 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
@@ -107,6 +107,32 @@ def _no_surface(*_: object) -> None:
     """Return None."""
 
 
+class PhasesOnRequest(Mapping[str, PhaseFrame]):
+    """The particles of each phase by its name, read when they are first asked for: a frame seldom needs those of all."""
+
+    def __init__(self, readers: Mapping[str, Callable[[], PhaseFrame]]) -> None:
+        """Read each phase by its function."""
+        self._readers, self._read = dict(readers), dict[str, PhaseFrame]()
+
+    def __getitem__(self, name: str) -> PhaseFrame:
+        """Return the particles of a phase; KeyError for a name that does not exist."""
+        if name not in self._read:
+            self._read[name] = self._readers[name]()
+        return self._read[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is a phase of that name, without reading it."""
+        return name in self._readers
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._readers)
+
+    def __len__(self) -> int:
+        """Return the number of phases."""
+        return len(self._readers)
+
+
 class Frame:
     """One communication point: its numbers at once, its particles and bodies only on request.
 
@@ -145,6 +171,11 @@ class Frame:
     def phases(self) -> Mapping[str, PhaseFrame]:
         """The particles of each phase by its name."""
         return self._read_phases()
+
+    def read_particles(self) -> None:
+        """Read the particles of all phases, and which of them are lost, before they move on."""
+        dict(self.phases)
+        _ = self.lost
 
     @cached_property
     def lost(self) -> Mapping[str, npt.NDArray[np.uint32]]:

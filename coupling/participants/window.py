@@ -184,8 +184,7 @@ class WindowParticipant(FluidParticipant):
         """Return the sea over the bodies where they will be `ahead` [s] of `time`; of bodies far from the window, none, in its rim."""
         place, count = pose[:, :3] + ahead * twist[:, :3], len(pose)
         near = self._near(place, time + ahead)
-        turns = np.array([rotation_matrix(one[3:]) for one in pose[near]]).reshape(-1, 3, 3)
-        offsets = np.einsum("bij,bkj->bki", turns, self._offsets[near])
+        offsets = np.einsum("bij,bkj->bki", rotation_matrix(pose[near, 3:]), self._offsets[near])
         far = np.append(self.window.rim.center + 0.5 * np.array(self.window.rim.size), 0.0)
         whole = LocalMotion(
             np.zeros((count, 3)), np.zeros((count, 6)), np.tile(np.eye(3), (count, 1, 1)), np.tile(far, (count, 4, 1))

@@ -168,11 +168,13 @@ class Articulation:
             place[columns] = np.arange(len(columns))
             _fill_spread(self._joints.sides, self._arm, self._inverse_mass, place, spread)
             body, axis = columns // 6, columns % 6
-            answer = np.where(body[:, None] == body, self._inverse_mass[body[:, None], axis[:, None], axis], 0.0)
+            answer, (one, other) = np.zeros((len(columns), len(columns))), np.nonzero(body[:, None] == body)
+            answer[one, other] = self._inverse_mass[body[one], axis[one], axis[other]]
         else:
             spread = (self._joints.jacobian(self._arm) @ self._inverse_mass)[:, columns]
             answer = self._inverse_mass[columns[:, None], columns]
-        return np.asarray(answer - spread.T @ self._system.solved(spread))
+        half = self._system.half_solved(spread)
+        return np.asarray(answer - half.T @ half)
 
     def acceleration(self, free: Array, step_size: float) -> Array:
         """Return a_c (B, 6) [m/s2, rad/s2] for accelerations `free` (B, 6) without joints; h is `step_size` [s]."""

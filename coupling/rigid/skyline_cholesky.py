@@ -57,12 +57,15 @@ class EnvelopeCholesky:
             raise np.linalg.LinAlgError("the matrix of the joints is not positive definite")
 
     def solved(self, right: Array) -> Array:
-        """Return matrix^-1 `right` (R, N) or (R,) [-]."""
-        found = np.array(right, dtype=np.float64, order="C")
-        if found.ndim == 1:
-            solve_one(self._factor, found)
-            return found
+        """Return matrix^-1 `right` (R,) [-]."""
+        found = np.array(right, dtype=np.float64)
         solve(self._factor, found)
+        return found
+
+    def half_solved(self, right: Array) -> Array:
+        """Return L^-1 `right` (R, N) [-], of which right^T matrix^-1 right is the square."""
+        found = np.array(right, dtype=np.float64, order="C")
+        solve_lower(self._factor, found)
         return found
 
 
@@ -95,8 +98,8 @@ def factorize(matrix: Skyline) -> bool:
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def solve(factor: Skyline, right: Array) -> None:
-    """Replace the right hand sides `right` (R, N) [-] by the solutions."""
+def solve_lower(factor: Skyline, right: Array) -> None:
+    """Replace `right` (R, N) [-] by L^-1 right."""
     first, start, values = factor
     for begin in range(0, right.shape[1], COLUMNS):
         columns = right[:, begin : begin + COLUMNS]
@@ -106,16 +109,10 @@ def solve(factor: Skyline, right: Array) -> None:
                     columns[i, n] -= values[start[i] + k] * columns[k, n]
             for n in range(columns.shape[1]):
                 columns[i, n] /= values[start[i] + i]
-        for i in range(len(first) - 1, -1, -1):
-            for n in range(columns.shape[1]):
-                columns[i, n] /= values[start[i] + i]
-            for k in range(first[i], i):
-                for n in range(columns.shape[1]):
-                    columns[k, n] -= values[start[i] + k] * columns[i, n]
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def solve_one(factor: Skyline, right: Array) -> None:
+def solve(factor: Skyline, right: Array) -> None:
     """Replace the right hand side `right` (R,) [-] by the solution."""
     first, start, values = factor
     for i in range(len(first)):

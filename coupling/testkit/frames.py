@@ -52,7 +52,7 @@ def particles_of(fluid: Fluid) -> dict[str, PhaseFrame]:
 
 def with_particles(frame: Frame) -> Frame:
     """Return the frame after its particles have been read."""
-    assert frame.phases is not None and frame.lost is not None
+    frame.read_particles()
     return frame
 
 

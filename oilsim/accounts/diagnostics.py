@@ -25,10 +25,9 @@ def masses(state: FluidState, config: FluidConfig) -> NDArray[np.float64]:
 
 def energy(state: FluidState, config: FluidConfig) -> Energy:
     """Return the kinetic energy sum m v^2 / 2 and the potential energy -sum m g . x [J; J/m in two dimensions]."""
-    mass = masses(state, config)
-    velocity, position = state.velocity.astype(np.float64), state.position.astype(np.float64)
-    kinetic = 0.5 * float(mass @ (velocity**2).sum(axis=0))
-    return Energy(kinetic, -float(np.asarray(config.gravity) @ position @ mass))
+    mass, velocity = masses(state, config), state.velocity
+    kinetic = 0.5 * float(np.einsum("n,in,in->", mass, velocity, velocity, dtype=np.float64))
+    return Energy(kinetic, -float(np.asarray(config.gravity) @ (state.position @ mass)))
 
 
 def momentum(state: FluidState, config: FluidConfig) -> NDArray[np.float64]:

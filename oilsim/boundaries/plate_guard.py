@@ -6,7 +6,9 @@ of such a plate has a normal n_b, and a particle has a height h = n_b . (x_i - x
 particle goes, by relaxation or in the coming flight, it may come as near to the plate's middle plane as the face, FACE. If it is nearer
 already, it may come no nearer:
 
-    (u_i - u_b) . n_b sign h >= -(|h| - FACE d)+,     u: displacements, where the way through that level passes the point within BESIDE d.
+    (u_i - u_b) . n_b sign h >= -(|h| - FACE d)+,     u: displacements, u_b of the body at x_i,
+
+where the way through that level passes the point within BESIDE d.
 
 The contact is inelastic, and the body receives the impulse that the particle loses. The rule looks at each plate by itself: beside the line
 where two plates meet, the plates act one after the other, and a particle that finds no way then moves with the plate.
@@ -99,7 +101,7 @@ def hold_back(pairs, plates, places, carried, flown, push):
     pairs           the step's `BodyPairs`
     plates          the `Plates`
     places          (N, 4), where the ways begin [m]
-    carried (3, P)  way of the point of each pair [m]
+    carried (3, P)  way of the body of each pair at the particle's place [m], where a plate that turns moves otherwise than at its point
     """
     first, count = 0, pairs.particle.size
     while first < count:
@@ -151,9 +153,8 @@ class PlateGuard:
         points (N, 4): present places [m]; density (N,) [kg/m3] of the particles.
         """
         pairs, step = self._pairs, np.float32(time_step)
-        twist = self._walls.twists()[pairs.body]
-        carried = time_step * (twist[:, :3].T + np.cross(twist[:, 3:], pairs.arm.T).T)
         flown = step * velocity[:, : density.size]
+        carried = self._ways_of_bodies(points, flown, time_step)
         pushed = self._hold_back(points, carried.astype(np.float32), flown)
         hit = np.flatnonzero(pushed.any(axis=0))
         if hit.size:
@@ -164,14 +165,31 @@ class PlateGuard:
 
     def _impulses(self, points: Real, hit: NDArray[np.integer], lost: Double) -> Double:
         """Return the impulses (bodies, 6) [N s, N m s] of the momenta `lost` (3, K) [kg m/s] to the pairs `hit` (K,)."""
-        pairs, walls = self._pairs, self._walls
-        way = (points[pairs.particle[hit], :3] - walls.points[pairs.point[hit], :3]).astype(np.float64)
+        pairs, arm, impulses = self._pairs, self._arms(points, hit), self._walls.zero_forces()
+        np.add.at(impulses, pairs.body[hit], np.hstack([lost.T, np.cross(arm, lost.T)]))
+        return impulses
+
+    def _ways_of_bodies(self, points: Real, flown: Real, time_step: float) -> Double:
+        """Return the ways (3, P) [m] of bodies at the particles of all pairs, which fly `flown` (3, N) [m] from `points` (N, 4) [m].
+
+        A body that turns by w dt turns its plates, too. A particle's way less this one is what the body sees of it, to second order in dt.
+        To first order, liquid that turns with a vessel would come nearer to its walls by w^2 r dt^2 / 2 every step, and liquid that
+        slides along them by w dt of its way.
+        """
+        pairs = self._pairs
+        twist, arm = self._walls.twists()[pairs.body], self._arms(points, np.arange(pairs.particle.size))
+        drift = time_step * twist[:, :3]
+        turned = time_step * np.cross(twist[:, 3:], arm + flown[:, pairs.particle].T - drift)
+        return np.asarray((drift + turned - 0.5 * time_step * np.cross(twist[:, 3:], turned)).T)
+
+    def _arms(self, points: Real, chosen: NDArray[np.integer]) -> Double:
+        """Return the places (K, 3) [m] of the particles of the `chosen` pairs (K,) from the centres of mass of their bodies."""
+        pairs = self._pairs
+        way = (points[pairs.particle[chosen], :3] - self._walls.points[pairs.point[chosen], :3]).astype(np.float64)
         for axis, length in enumerate(self._period or ()):
             if length > 0.0:
                 way[:, axis] -= length * np.round(way[:, axis] / length)
-        arm, impulses = pairs.arm[:, hit].T + way, walls.zero_forces()
-        np.add.at(impulses, pairs.body[hit], np.hstack([lost.T, np.cross(arm, lost.T)]))
-        return impulses
+        return pairs.arm[:, chosen].T + way
 
     def _hold_back(self, points: Real, carried: Real, flown: Real) -> Real:
         walls, push = self._walls, np.zeros_like(carried)

@@ -6,8 +6,8 @@ at rest,
 
     q = share g dt f(s),   f = s^2 / 2b for 0 < s < b,  s - b / 2 beyond,   s = top - z,
 
-whose `top` is the height of the deepest particle that lies at a free surface and is not pressed. The sums see what differs from it, and its
-slope is that of the formula:
+whose `top` is the upper side of the deepest particle that lies at a free surface and is not pressed. The sums see what differs from it,
+and its slope is that of the formula:
 
     v -= dt (rho_ref / rho_0) [ H (kappa - q) + grad q ].
 
@@ -37,6 +37,11 @@ SHARE = 0.95
 FADE = 2.0
 
 
+# [d] from the middle of the deepest bare particle to the top; theory; half of it lies above its middle, where q is an eighth of the
+# pressure under its own weight
+RISE = 0.5
+
+
 class RestPressure(NamedTuple):
     """The pressure of water at rest below `top` [m].
 
@@ -55,7 +60,7 @@ def top_of_rest(height: Real, surface: NDArray[np.uint8], impulse: Real, spacing
     kick g dt [m/s].
     """
     bare = (surface > 0) & (impulse < np.float32(BARE * spacing * kick))
-    return float(height[bare].min()) if bare.any() else -np.inf
+    return float(height[bare].min()) + RISE * spacing if bare.any() else -np.inf
 
 
 def needed_share(head: float, rest_head: float, allowed: float) -> float:

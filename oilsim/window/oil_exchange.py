@@ -109,11 +109,14 @@ class OilExchange:
         return rows[self.window.owns(parcels.particle[rows])]
 
     def _index_of(self, ids: Rows) -> Rows:
-        """Return where particles (M,) are in the state, -1 for those that are no more."""
+        """Return where particles of oil (M,) are in the state, -1 for those that are no more, or no oil."""
         state = self.window.fluid.state
-        order = np.argsort(state.id, kind="stable")
-        at = np.minimum(np.searchsorted(state.id, ids, sorter=order), len(order) - 1)
-        return np.where(state.id[order[at]] == ids, order[at], -1)
+        oil = np.flatnonzero(state.phase > 0)
+        if not len(oil):
+            return np.full(len(ids), -1)
+        oil = oil[np.argsort(state.id[oil])]
+        at = oil[np.minimum(np.searchsorted(state.id[oil], ids), len(oil) - 1)]
+        return np.where(state.id[at] == ids, at, -1)
 
     def _rest(self, index: Rows | slice = slice(None)) -> Array:
         """Return places at rest (M, 3) [m] of particles, about the window's middle."""

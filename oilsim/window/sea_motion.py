@@ -14,18 +14,18 @@ of the slope with what differs from the sea; and the Stokes drift, since every p
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.backend.thread_team import Team
 from oilsim.sea import Sea
 from oilsim.sea.linear_waves import linear_field
-from oilsim.sea.wave_components import WaveComponents
+from oilsim.window.wave_displacement import find_rest, sum_displacement
 
 Double = NDArray[np.float64]
 
-# [1] repetitions that find q from x; numerical; each takes the error times the slope, 0.44 at most
-REPETITIONS = 12
 # [m] half the way over which slopes are taken; numerical; far below any wave, far above rounding
 STEP = 1e-3
 
@@ -37,8 +37,6 @@ class SeaMotion:
         """Follow a sea; the threads of a `team` share the work of many points."""
         self.sea, self._team = sea, team
         waves = sea.components
-        # of this wave the acceleration is minus the displacement of the other
-        self._integrated = waves._replace(amplitude=waves.amplitude / np.maximum(waves.frequency, 1e-12) ** 2)
         depth = sea.description.depth
         self.farthest = float(
             (waves.amplitude / np.tanh(waves.wave_number * depth)).sum()
@@ -56,9 +54,7 @@ class SeaMotion:
 
     def displacement(self, rest: Double, time: float) -> Double:
         """Return D (N, 3) [m] of the water whose place at rest is `rest`."""
-        if self.is_still:
-            return np.zeros(rest.shape)
-        return -self._field(self._integrated, rest, time)[1]
+        return np.zeros(rest.shape) if self.is_still else self._swept(sum_displacement, rest, time)
 
     def velocity(self, rest: Double, time: float) -> Double:
         """Return the velocity (N, 3) [m/s] of the water whose place at rest is `rest`, the current included."""
@@ -68,7 +64,10 @@ class SeaMotion:
         seen = (
             1.0 + (waves.share - 1.0) * carried / waves.frequency
         )  # a sheared current changes the frequency seen from the surface's
-        orbital = self._field(waves._replace(amplitude=seen * waves.amplitude), rest, time)[0]
+        orbital = linear_field(
+            _rows(rest), waves._replace(amplitude=seen * waves.amplitude), self._phase(time), self.sea.description.water,
+            wheeler=False, team=self._team,
+        ).velocity  # fmt: skip
         return np.asarray(orbital + np.append(current, 0.0))
 
     def slope(self, rest: Double, time: float) -> Double:
@@ -80,20 +79,29 @@ class SeaMotion:
     def at_rest(self, points: Double, time: float) -> Double:
         """Return the places at rest (N, 3) [m] of the water that is at `points` now."""
         start = points - self.travel(time)
-        rest = start
-        for _ in range(0 if self.is_still else REPETITIONS):
-            rest = start - self.displacement(rest, time)
-        return rest
+        return start if self.is_still else self._swept(find_rest, start, time)
 
     def in_sea(self, rest: Double, time: float) -> Double:
         """Return where the water of the places `rest` is now (N, 3) [m]."""
         return np.asarray(rest + self.travel(time) + self.displacement(rest, time))
 
-    def _field(self, waves: WaveComponents, rest: Double, time: float) -> tuple[Double, Double]:
-        """Return velocity [m/s] and acceleration [m/s2] (N, 3) of waves at places at rest, which the current carries."""
+    def _swept(self, kernel: Callable[..., None], points: Double, time: float) -> Double:
+        """Return what a kernel of `wave_displacement` finds for points (N, 3) [m], on the threads of the team if there is one."""
+        found, rows = np.empty((len(points), 3)), _rows(points)
+        arguments = rows, self.sea.components, self._phase(time), self.sea.description.water, found
+        if self._team is None:
+            kernel(0, len(points), *arguments)
+        else:
+            self._team.run(kernel, len(points), *arguments)
+        return found
+
+    def _phase(self, time: float) -> Double:
+        """Return the phases (M,) [rad] of the waves at places at rest, which the current carries."""
         own = self.sea.components
         # a sheared current carries waves by a share of what carries the places at rest
-        still = own._replace(share=own.share - 1.0).phase_at(time, self.travel(time)[:2])
-        points = np.require(rest.reshape(-1, 3), np.float64, requirements=["C", "W"])
-        field = linear_field(points, waves, still, self.sea.description.water, wheeler=False, team=self._team)
-        return field.velocity, field.acceleration
+        return own._replace(share=own.share - 1.0).phase_at(time, self.travel(time)[:2])
+
+
+def _rows(points: Double) -> Double:
+    """Return points (N, 3) [m] as kernels take them."""
+    return np.require(points.reshape(-1, 3), np.float64, requirements=["C", "W"])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from recordings.frame import (
     BodyFrame,
     Frame,
     PhaseFrame,
+    PhasesOnRequest,
 )
 from recordings.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.boom_lines import paid_out, reel_name
@@ -176,17 +178,20 @@ class FrameReader:
         return outputs
 
     def _phases(self, time: float) -> Mapping[str, PhaseFrame]:
-        readings, slick = self._simulators.readings, self._simulators.slick
-        frames = {
-            name: PhaseFrame(position=self._simulators.positions(name, time), id=readings.phase_ids(name))
-            for name in self._simulators.scenario.phases
+        simulators = self._simulators
+        readers: dict[str, Callable[[], PhaseFrame]] = {
+            name: partial(self._particles, name, time) for name in simulators.scenario.phases
         }
-        if slick is not None:  # parcels of several oils are shown as one
-            oil = next(name for name, phase in self._simulators.scenario.phases.items() if phase.is_oil)
-            world = self._simulators.world
-            level = self._simulators.level + (0.0 if world is None else rise_of(world, time))
-            frames[oil] = phase_of(slick, level, time)
-        return frames
+        if simulators.slick is not None:  # parcels of several oils are shown as one
+            oil = next(name for name, phase in simulators.scenario.phases.items() if phase.is_oil)
+            world = simulators.world
+            level = simulators.level + (0.0 if world is None else rise_of(world, time))
+            readers[oil] = partial(phase_of, simulators.slick, level, time)
+        return PhasesOnRequest(readers)
+
+    def _particles(self, phase: str, time: float) -> PhaseFrame:
+        simulators = self._simulators
+        return PhaseFrame(position=simulators.positions(phase, time), id=simulators.readings.phase_ids(phase))
 
     def _bodies(self) -> Mapping[str, BodyFrame]:
         simulators = self._simulators

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from recordings import entity_paths
-from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseFrame, RunDescription
+from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseFrame, PhasesOnRequest, RunDescription
 from recordings.sample import Block, Sample, id_ranges, ids_of_ranges
 from recordings.sink.force_arrows import GRAVITY, ForceArrows, enclosed_volume
 
@@ -27,6 +29,22 @@ def test_phases_are_read_once_and_only_when_asked_for() -> None:
     assert calls == []
     assert frame.phases is frame.phases
     assert calls == [1]
+
+
+def test_a_phase_is_read_only_when_it_is_asked_for() -> None:
+    calls = []
+
+    def read(name: str) -> PhaseFrame:
+        calls.append(name)
+        return PhaseFrame(np.zeros((1, 3), np.float32), np.ones(1, np.uint32))
+
+    phases = PhasesOnRequest({name: partial(read, name) for name in ("water", "oil")})
+    assert list(phases) == ["water", "oil"] and len(phases) == 2 and "oil" in phases
+    assert calls == []
+    assert phases["oil"] is phases["oil"]
+    assert calls == ["oil"]
+    with pytest.raises(KeyError):
+        phases["air"]
 
 
 @pytest.mark.parametrize(

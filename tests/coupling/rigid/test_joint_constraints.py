@@ -142,7 +142,10 @@ def test_envelope_solves_what_is_full_and_refuses_what_is_not_positive():
     root = np.random.default_rng(2).normal(size=(12, 12))
     right = np.arange(36.0).reshape(12, 3)
     matrix = root @ root.T + np.eye(12)
-    assert matrix @ EnvelopeCholesky(skyline_of(matrix)).solved(right) == pytest.approx(right, abs=1e-10)
+    factor = EnvelopeCholesky(skyline_of(matrix))
+    assert matrix @ factor.solved(right[:, 0]) == pytest.approx(right[:, 0], abs=1e-10)
+    half = factor.half_solved(right)
+    assert half.T @ half == pytest.approx(right.T @ np.linalg.solve(matrix, right), abs=1e-10)
     with pytest.raises(np.linalg.LinAlgError):
         EnvelopeCholesky(skyline_of(-matrix))
 

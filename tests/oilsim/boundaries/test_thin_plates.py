@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from coupling.bodies import box
 from coupling.solids.signed_distance import SignedDistance
@@ -119,6 +120,27 @@ def test_no_particle_leaves_a_vessel_of_thin_plates(make_fluid, vessel: str, thi
     place = fluid.particles.position - np.array([[x], [0.0], [0.0]])
     assert fluid.particle_count == count > 250
     assert within(*place).all()
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.5])
+def test_no_particle_leaves_a_thin_box_that_is_shaken_and_turned(make_fluid, speed: float) -> None:
+    """A closed box of 1 m, two thirds full, turns at up to 4.6 rad/s about all axes: walls come round while liquid flies straight on."""
+    outer, inner = (0.5 + side * 0.15 * SPACING for side in (1.0, -1.0))
+    mesh = bounded((-outer,) * 3, (outer,) * 3).difference(bounded((-inner,) * 3, (inner,) * 3))
+    fluid = make_fluid(lower=(-1.8,) * 3, upper=(1.8,) * 3)
+    handle = fluid.add_boundary(particles_of("box", sample_surface(mesh, SPACING)))
+    fluid.add_particles(block((-0.45,) * 3, (0.45, 0.45, 0.25), SPACING), phase="water")
+    count, place, turn = fluid.particle_count, np.zeros(3), Rotation.identity()
+    for n in range(100):
+        t = 0.01 * math.pi * n
+        velocity = speed * np.array([math.sin(6.0 * t), 0.5 * math.sin(4.0 * t), 0.7 * math.sin(5.0 * t)])
+        spin = 3.0 * np.array([math.cos(5.0 * t), math.sin(3.0 * t), 0.6])
+        fluid.set_boundary_motion(handle, tuple(place), tuple(turn.as_quat()), tuple(velocity), tuple(spin))
+        fluid.advance(0.01)
+        place, turn = place + 0.01 * velocity, Rotation.from_rotvec(0.01 * spin) * turn
+    own = turn.inv().apply(fluid.particles.position.T.astype(np.float64) - place)
+    assert fluid.particle_count == count == 567
+    assert np.abs(own).max() < 0.5
 
 
 def test_a_drop_that_a_thin_plate_stops_gives_it_its_momentum(make_fluid) -> None:

@@ -36,14 +36,14 @@ def test_the_share_is_what_the_step_needs() -> None:
     assert swing_time_step(0.1, 3, swing_head(0.1, 3, 0.05)) == pytest.approx(0.05)
 
 
-def test_the_top_lies_below_every_free_surface() -> None:
+def test_the_top_is_the_upper_side_of_the_deepest_free_surface() -> None:
     height = np.array([-0.9, -0.5, -0.1, -0.4], np.float32)
     surface = np.array(
         [FreeSurface.INSIDE, FreeSurface.INSIDE, FreeSurface.AT_SURFACE, FreeSurface.NEAR_SURFACE], np.uint8
     )
     none, pressed = np.zeros(4, np.float32), KICK * np.array([0.9, 0.5, 0.07, 0.4], np.float32)
-    assert top_of_rest(height, surface, none, 0.1, KICK) == pytest.approx(-0.4)
-    assert top_of_rest(height, surface, pressed, 0.1, KICK) == pytest.approx(-0.1)  # the other is pressed
+    assert top_of_rest(height, surface, none, 0.1, KICK) == pytest.approx(-0.35)
+    assert top_of_rest(height, surface, pressed, 0.1, KICK) == pytest.approx(-0.05)  # the other is pressed
     assert top_of_rest(height, np.zeros(4, np.uint8), none, 0.1, KICK) == -np.inf
 
 

@@ -11,9 +11,10 @@ import pytest
 from oilsim.boundaries.boundary_particles import solid_box, tank_walls
 from oilsim.config import STABLE, FluidConfig
 from oilsim.initial_conditions import block
-from oilsim.neighborhood.smoothing_kernels import lattice_stiffness
+from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice_stiffness
 from oilsim.phases import Phase
 from oilsim.step.stages.tension import apply_tension
+from oilsim.tension.interface_stress import smooth_tensions
 from tests.oilsim.conftest import disturbed, prepare
 
 SIGMA, RADIUS, SPACING = 0.05, 1.2, 0.1
@@ -49,6 +50,23 @@ def test_interface_of_a_drop_pulls_with_sigma_a_metre(make_fluid, seed):
     radius = math.sqrt(with_drop(fluid, points) * SPACING**2 / math.pi)
     force, place = pulled(fluid)
     assert (force * place).sum() == pytest.approx(-SIGMA * 2.0 * math.pi * radius, rel=0.03)
+
+
+def test_tension_is_smoothed_as_the_kernel_says(make_fluid):
+    """a_i = sum_j W_ij s_j / sum_j W_ij, in three dimensions and with i itself among the j; by sums over all pairs in double precision."""
+    fluid = make_fluid(phases=(OIL, WATER), **(ROOM | {"dimension": 3}))
+    points = disturbed(block((-0.4,) * 3, (0.4,) * 3, SPACING), 0.1 * SPACING, 4)
+    oily = points @ [0.5, 0.3, 1.0] > 0.05
+    for chosen, name in ((oily, "oil"), (~oily, "water")):
+        fluid.add_particles(points[chosen], phase=name)
+    prepare(fluid)
+    place = fluid.state.position.T.astype(np.float64)
+    tension = np.where(fluid.state.phase == 0, SIGMA, 0.0).astype(np.float32)
+    q = np.linalg.norm(place[:, None] - place, axis=2) / (SUPPORT * SPACING)
+    weight = kernel(q, 1.0)
+    smoothed = np.empty(len(place), np.float32)
+    smooth_tensions(0, len(place), fluid.arrays.neighborhood, tension, smoothed)
+    assert smoothed == pytest.approx(weight @ tension / weight.sum(axis=1), rel=1e-5, abs=1e-5 * SIGMA)
 
 
 def test_drop_is_under_the_pressure_of_laplace(make_fluid):

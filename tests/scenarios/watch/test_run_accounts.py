@@ -31,7 +31,7 @@ class Watcher:
         pass
 
     def step_completed(self, frame: Frame) -> None:
-        assert frame.phases
+        frame.read_particles()
         self.frames.append(frame)
 
     def event(self, event: Event) -> None:
