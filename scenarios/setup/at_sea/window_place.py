@@ -1,4 +1,4 @@
-"""Where windows lie among fixed bodies: one that meets no water is refused, and a body that reaches beyond one is told of."""
+"""The places of windows among fixed bodies: one that meets no water is refused, and a body that reaches beyond one is told of."""
 
 from __future__ import annotations
 
