@@ -125,19 +125,25 @@ def build_simulators(scenario: Scenario) -> Simulators:
 def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simulators:
     """Put windows of particles into the sea; ScenarioError for bodies that cannot be sampled, and for windows that overlap."""
     from scenarios.setup.at_sea.window import (
+        booms_in_rims,
         build_windows,
         couple_windows,
         exchange_oil,
+        segments_borne,
         targets_of,
     )  # only such a run pays for it
     from scenarios.setup.at_sea.window_choice import window_facts, window_remarks
+    from scenarios.setup.at_sea.window_place import require_water
 
     assert layout.sea is not None
+    beyond = require_water(written, layout.solids, layout.level)
     windows = build_windows(written, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
     targets, slick = targets_of(written, layout.fleet), _slick(written, layout)
     if slick is not None:
         exchange_oil(windows, slick, written.booms)
+    bodies = couple_windows(windows, targets, wetted, layout.world, () if slick is None else slick.bodies)
+    in_windows = windows, layout.fleet.booms, written.window
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -146,7 +152,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
         coupled=() if layout.world is None else tuple(solid.name for solid in wetted),
         fluid=next(iter(windows.values())).fluid,
         tank=None,
-        bodies=couple_windows(windows, targets, wetted, layout.world, () if slick is None else slick.bodies),
+        bodies=bodies,
         world=layout.world,
         left_out=layout.left_out,
         thin={},
@@ -154,8 +160,10 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
             *(note for solid in layout.solids for note in solid.notes),
             *left_out(written),
             *window_remarks(written, layout.sea),
+            *beyond,
+            *booms_in_rims(*in_windows),
         ),
-        facts=tuple(window_facts(written)),
+        facts=(*window_facts(written), *segments_borne(*in_windows)),
         slick=slick,
         skimmers=_skimmers(written, layout, slick),
         windows=tuple(windows.values()),

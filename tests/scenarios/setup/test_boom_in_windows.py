@@ -130,3 +130,15 @@ def test_the_coarsest_window_that_a_boom_may_meet_makes_its_skirt(tmp_path: Path
     assert load_scenario(tmp_path / "boom.toml", overrides=changes).scenario.coarsest_spacing == 0.12
     assert load_scenario(tmp_path / "boom.toml", overrides=["run.detail=none"]).scenario.coarsest_spacing is None
     assert load_scenario("u-sweep").scenario.coarsest_spacing == 0.07
+
+
+def test_a_run_says_how_many_segments_particles_bear_and_that_a_boom_lies_in_a_rim(tmp_path: Path) -> None:
+    """Moved by 2.5 m, the right window has the boom in its rim of 0.6 m alone."""
+    (tmp_path / "boom.toml").write_text(SCENARIO)
+    scenario = load_scenario(tmp_path / "boom.toml", overrides=["window.right.target=[-0.75, 3.6]"]).scenario
+    told = {notice.text: notice.level for notice in build(scenario).remarks.look(None)}
+    bears = "window.left: particles bear 3 of the 14 segments of boom 'main' at the start"
+    assert [level for text, level in told.items() if text.startswith(bears)] == ["info"]
+    assert not any(text.startswith("window.right: particles bear") for text in told)
+    lies = "window.right: boom 'main' lies in its rim at the start"
+    assert [level for text, level in told.items() if text.startswith(lies)] == ["warning"]
