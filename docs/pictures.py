@@ -25,7 +25,7 @@ RUNS: dict[str, list[str]] = {
     "u-sweep-window": [
         *(part for change in WINDOW for part in ("--set", change)),
         "--until",
-        "13",
+        "18",
     ],
     "calm-spread": ["--set", "fluid.particle_spacing=0.05", "--until", "4"],
     "wind-drift": ["--set", "fluid.particle_spacing=0.05", "--until", "4"],

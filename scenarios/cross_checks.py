@@ -395,9 +395,10 @@ def _fast_water(parts: Parts) -> Iterator[Problem]:
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
-    """Check that pipes are not thinner than a particle, and skirts not shallower."""
+    """Check that pipes are not thinner than a particle, and skirts not shallower; windows say so themselves, of their own particles."""
     d = fluid.particle_spacing
-    for name, boom in parts.booms.items():
+    has_windows = parts.run is not None and parts.run.detail == "window"
+    for name, boom in parts.booms.items() if not has_windows else ():
         if boom.skirt_depth < d:
             text = f"is {boom.skirt_depth:g}, allowed: {d:g} m or more, one fluid.particle_spacing, or it holds no particle"
             yield Problem(f"booms.{name}.skirt_depth", text)

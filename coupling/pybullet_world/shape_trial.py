@@ -14,6 +14,7 @@ import resource
 import signal
 import tempfile
 import time
+import warnings
 from pathlib import Path
 
 from coupling.pybullet_import import pybullet
@@ -43,9 +44,12 @@ def require_askable(client: int, body: int) -> None:
 
 def _trouble_in_copy(client: int, body: int) -> str:
     """How a copy of this process fared that asked for all shapes; empty if well."""
-    child = os.fork()
-    if child == 0:
-        _ask_and_leave(client, body)
+    with warnings.catch_warnings():
+        # Python 3.12 warns of copies beside threads; this one asks pybullet only, waits for no thread, and has a limit of time
+        warnings.filterwarnings("ignore", message=".*fork", category=DeprecationWarning)
+        child = os.fork()
+        if child == 0:
+            _ask_and_leave(client, body)
     deadline = time.monotonic() + _PATIENCE
     while time.monotonic() < deadline:
         done, status = os.waitpid(child, os.WNOHANG)

@@ -122,7 +122,7 @@ def estimate(scenario: Scenario) -> Cost:
     boundary = {} if not scenario.run.has_particles else _boundary(scenario, solids)
     threads = scenario.run.threads or os.cpu_count() or 1
     steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
-    remarks, own_steps = _of_windows(scenario, windows)
+    remarks, own_steps = _of_windows(scenario, windows, solids, level)
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
@@ -144,7 +144,9 @@ def _windows(scenario: Scenario) -> list[WindowSettings]:
     return [one.settings(scenario.fluid) for one in scenario.window.values() if scenario.run.detail == "window"]
 
 
-def _of_windows(scenario: Scenario, windows: Sequence[WindowSettings]) -> tuple[tuple[str, ...], float]:
+def _of_windows(
+    scenario: Scenario, windows: Sequence[WindowSettings], solids: Sequence[Solid], level: float
+) -> tuple[tuple[str, ...], float]:
     """Return what is to be told of windows, and the mean steps of their particles in each of the communication; 1 without one."""
     if not windows:
         return (), 1.0
@@ -159,7 +161,12 @@ def _of_windows(scenario: Scenario, windows: Sequence[WindowSettings]) -> tuple[
     assert sea is not None  # that of the tank at least
     steps = [fluid_steps(scenario, one) for one in windows]
     mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
-    return (*window_facts(scenario), *window_remarks(scenario, sea)), mean
+    beyond: tuple[str, ...] = ()
+    if solids:
+        from scenarios.setup.at_sea.window_place import require_water  # only fixed bodies pay for it
+
+        beyond = require_water(scenario, solids, level)
+    return (*window_facts(scenario), *window_remarks(scenario, sea), *beyond), mean
 
 
 def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:

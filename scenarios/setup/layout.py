@@ -85,7 +85,9 @@ def lay_out(scenario: Scenario) -> Layout:
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.tank)
     coupled = _coupled(scenario, solids)
-    world = _world(scenario, solids, fleet, problems) if coupled else None
+    # windows meet fixed bodies by their poses in the world too
+    met = coupled or (scenario.run.detail == "window" and any(solid.wetted for solid in solids))
+    world = _world(scenario, solids, fleet, problems) if met else None
     sea = _sea(scenario, problems)
     if problems:
         raise ScenarioError(problems, scenario.name)

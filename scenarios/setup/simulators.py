@@ -133,8 +133,10 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
         targets_of,
     )  # only such a run pays for it
     from scenarios.setup.at_sea.window_choice import window_facts, window_remarks
+    from scenarios.setup.at_sea.window_place import require_water
 
     assert layout.sea is not None
+    beyond = require_water(written, layout.solids, layout.level)
     windows = build_windows(written, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
     targets, slick = targets_of(written, layout.fleet), _slick(written, layout)
@@ -158,6 +160,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
             *(note for solid in layout.solids for note in solid.notes),
             *left_out(written),
             *window_remarks(written, layout.sea),
+            *beyond,
             *booms_in_rims(*in_windows),
         ),
         facts=(*window_facts(written), *segments_borne(*in_windows)),

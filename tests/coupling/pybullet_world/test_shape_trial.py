@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+import warnings
+
 import pybullet
 import pytest
 
@@ -30,6 +33,22 @@ def test_a_body_is_taken_beside_one_that_cannot_be(pybullet_client: int) -> None
     assert len(LinkedBody(pybullet_client, robot).keys) == 1 + pybullet.getNumJoints(
         robot, physicsClientId=pybullet_client
     )
+
+
+def test_the_copy_that_is_asked_first_is_not_warned_of_beside_threads(pybullet_client: int) -> None:
+    """From Python 3.12 on, `os.fork` warns in a process that has threads."""
+    cube = pybullet.loadURDF("cube.urdf", physicsClientId=pybullet_client)
+    done = threading.Event()
+    beside = threading.Thread(target=done.wait)
+    beside.start()
+    try:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            shape_trial.require_askable(pybullet_client, cube)
+    finally:
+        done.set()
+        beside.join()
+    assert not told
 
 
 def test_where_the_engine_runs_elsewhere_its_own_file_tells(

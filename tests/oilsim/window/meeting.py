@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,9 +31,17 @@ PARTICLE = SPACING**3
 class Meeting:
     """A window that stays at a place, with a slick that drifts by."""
 
-    def __init__(self, booms: tuple[Boom, ...] = (), skirts: CoarseSkirts | None = None, **sea: object) -> None:
+    def __init__(
+        self,
+        booms: tuple[Boom, ...] = (),
+        skirts: CoarseSkirts | None = None,
+        density: float = OIL.density,
+        **sea: object,
+    ) -> None:
+        self.oil = replace(OIL, density=density)
+        crude = replace(CRUDE, rest_density=density)
         settings = WindowSettings(size=(4.8, 4.8), depth=0.8, spacing=SPACING, rim=0.8, sleep_speed=0.02)
-        self.window = Window(settings, Sea(SeaDescription(depth=10.0, **sea)), (WATER, CRUDE), threads=1)  # type: ignore[arg-type]
+        self.window = Window(settings, Sea(SeaDescription(depth=10.0, **sea)), (WATER, crude), threads=1)  # type: ignore[arg-type]
         self.slick = Slick(SlickSettings(loss_volume=0.02, water_density=1027.0), booms)
         flow = self.window.motion.sea.description.surface_current
         self.flow = UniformFlow((0.0, 0.0) if flow is None else (CURRENT, 0.0))
