@@ -125,14 +125,11 @@ def build_simulators(scenario: Scenario) -> Simulators:
 def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simulators:
     """Put windows of particles into the sea; ScenarioError for bodies that cannot be sampled, and for windows that overlap."""
     from scenarios.setup.at_sea.window import (
-        booms_in_rims,
         build_windows,
         couple_windows,
         exchange_oil,
-        segments_borne,
         targets_of,
     )  # only such a run pays for it
-    from scenarios.setup.at_sea.window_choice import window_facts, window_remarks
     from scenarios.setup.at_sea.window_place import require_water
 
     assert layout.sea is not None
@@ -143,7 +140,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
     if slick is not None:
         exchange_oil(windows, slick, written.booms)
     bodies = couple_windows(windows, targets, wetted, layout.world, () if slick is None else slick.bodies)
-    in_windows = windows, layout.fleet.booms, written.window
+    notes, facts = _told(written, layout, windows)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -156,18 +153,24 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
         world=layout.world,
         left_out=layout.left_out,
         thin={},
-        notes=(
-            *(note for solid in layout.solids for note in solid.notes),
-            *left_out(written),
-            *window_remarks(written, layout.sea),
-            *beyond,
-            *booms_in_rims(*in_windows),
-        ),
-        facts=(*window_facts(written), *segments_borne(*in_windows)),
+        notes=(*notes, *beyond),
+        facts=facts,
         slick=slick,
         skimmers=_skimmers(written, layout, slick),
         windows=tuple(windows.values()),
     )
+
+
+def _told(written: Scenario, layout: Layout, windows: Mapping[str, Window]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return warnings and facts of a run with windows, which follow their targets already."""
+    from scenarios.setup.at_sea.window_choice import window_facts, window_remarks
+    from scenarios.setup.at_sea.window_shares import booms_in_rims, segments_borne
+
+    assert layout.sea is not None
+    borne = windows, layout.fleet.booms, written.window
+    mended = (note for solid in layout.solids for note in solid.notes)
+    notes = (*mended, *left_out(written), *window_remarks(written, layout.sea), *booms_in_rims(*borne))
+    return notes, (*window_facts(written), *segments_borne(*borne))
 
 
 def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
