@@ -1,4 +1,4 @@
-"""What part of each boom the particles of windows bear at the start, in words."""
+"""Tell what part of each boom the particles of windows bear at the start."""
 
 from __future__ import annotations
 
