@@ -52,8 +52,8 @@ class Lines(NamedTuple):
 class Aims(NamedTuple):
     """The profiles of P pools, which decide where their parcels lie.
 
-    away (P, 2) [-] unit vector from the segment into the pool; growth K (P,) [m], thickness h_b (P,) [m], volume V' (P,) [m2] per metre of
-    front; travel (P,) [m] that parcels move at most; pressed (P,) whether the pool has a profile.
+    away (P, 2) [-] unit vector from the segment into the pool; growth K (P,) [m] along it, thickness h_b (P,) [m], volume (P,) [m2] a metre
+    of segment; travel (P,) [m] that parcels move at most; pressed (P,) whether the pool has a profile.
     """
 
     away: Array

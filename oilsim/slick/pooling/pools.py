@@ -1,8 +1,8 @@
 """Pools: the oil that each segment of a boom holds, on either side, and how its parcels lie and slide there.
 
 A held parcel belongs to a pool and keeps a fixed rank, a share of the pool's volume that lies between it and the boom, drawn from its id
-by the silver ratio, so that the parcels of a pool always fill the profile of `pool_profile` evenly. It lies against the
-relative flow from its segment, never beyond another barrier, and moves to its place no faster than the water and a gravity current
+by the silver ratio, so that the parcels of a pool always fill the profile of `pool_profile` evenly. It lies square to
+its segment, never beyond another barrier, and moves to its place no faster than the water and a gravity current
 (g' h_b)^(1/2) together. Along the segment it slides with the speed that balances the water's stress and the slope of the pool,
 
     v = U_t - rho_o g' d(h_b^2)/ds / (rho_w C_f |U|),
@@ -134,26 +134,28 @@ def slide(
     return np.asarray(held.rows[gone])
 
 
-def _aims(barriers: Barriers, pools: Pools, relative: Array, duration: float, friction: float) -> Aims:
-    """Say where parcels of the pools lie; relative (S, 2) [m/s]."""
+def _aims(barriers: Barriers, pools: Pools, duration: float, friction: float) -> Aims:
+    """Say where parcels of the pools lie.
+
+    The profile's way x is along the flow. Square to a segment that lies askew to it, the pool reaches x cos(a), with a between the flow and
+    the normal: there K is K / cos(a), and the oil of a metre of the segment V' cos(a).
+    """
     oil = (pools.volume > 0.0) & (pools.normal_speed > 0.0)
     away = pools.side[:, None] * barriers.normals()[pools.segment]
-    away[oil] = -relative[pools.segment[oil]] / pools.speed[oil, None]
-    growth, travel = np.ones(len(oil)), np.zeros(len(oil))
+    growth, travel, cosine = np.ones(len(oil)), np.zeros(len(oil)), np.ones(len(oil))
     weaker, ratio = reduced_gravity(pools.density[oil], pools.water_density), pools.density[oil] / pools.water_density
-    growth[oil] = thickening(pools.normal_speed[oil], weaker, ratio, friction)
+    cosine[oil] = pools.normal_speed[oil] / pools.speed[oil]
+    growth[oil] = thickening(pools.normal_speed[oil], weaker, ratio, friction) / cosine[oil]
     travel[oil] = duration * (pools.normal_speed[oil] + np.sqrt(weaker * pools.thickness[oil]))
-    return Aims(away, growth, pools.thickness, pools.volume_per_front, travel, oil)
+    return Aims(away, growth, pools.thickness, pools.volume_per_front * cosine, travel, oil)
 
 
-def arrange(
-    parcels: Parcels, barriers: Barriers, pools: Pools, relative: Array, duration: float, friction: float
-) -> None:
+def arrange(parcels: Parcels, barriers: Barriers, pools: Pools, duration: float, friction: float) -> None:
     """Put held parcels at their places in the pools' profiles, as far as they get in `duration` [s]; none passes a barrier.
 
-    relative (S, 2) [m/s]: velocity of the water relative to each segment; friction C_f [-].
+    friction C_f [-].
     """
-    aims = _aims(barriers, pools, relative, duration, friction)
+    aims = _aims(barriers, pools, duration, friction)
     place_parcels(_held(parcels), _lines(barriers), aims, resting_sweep(barriers), parcels.position)
 
 

@@ -111,6 +111,22 @@ def test_oil_slides_along_a_boom_at_an_angle_and_leaves_at_its_free_end(make_sli
     assert not ((ahead[:, 1] < across) & (ahead[:, 1] > across - 1.0)).any()
 
 
+def test_pools_of_legs_askew_to_the_flow_lie_beside_their_segments(make_slick):
+    """Legs at 15 degrees to 0.3 m/s: no pool reaches past its own segment's ends, as it would against the flow, nor out of the mouth."""
+    leg = np.linspace(0.0, 20.0, 6)[:, None] * (np.cos(np.pi / 12), np.sin(np.pi / 12))
+    upper, lower = leg * (-1.0, 1.0), leg * (-1.0, -1.0)
+    line = np.vstack([upper[::-1], lower[1:]])
+    slick = make_slick([Boom(name="boom", nodes=line, draft=0.5)], radius=2.0, center=(-12.0, 0.0))
+    for k in range(300):
+        slick.step(UniformFlow((0.3, 0.0)), 0.5 * k, 0.5)
+        held = slick.parcels.state == ParcelState.HELD
+        place, position = slick.parcels.place[held], slick.parcels.position[held]
+        start, way = line[place], (line[1:] - line[:-1])[place]
+        along = ((position - start) * way).sum(1) / (way**2).sum(1)
+        assert (np.abs(along - 0.5) < 0.5 + 1e-9).all()
+    assert slick.account.held > 1.5
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_nothing_leaks_out_of_a_ring_that_is_towed_turned_and_bent(make_slick, seed):
     """300 steps with dispersion far above what is real: all oil stays inside a closed ring of 12 segments."""
