@@ -22,7 +22,7 @@ class WindowTable(Section):
 
     Several boxes are tables [window.NAME], each with its own target, size and detail; they may not overlap.
 
-    target  name of a boom, whose middle segment the box follows, of a vessel or of a body; or a place (x, y) [m]
+    target  name of a boom, whose middle the box follows, of a vessel or of a body; or a place (x, y) [m]
     detail  "live": the finest particles that this machine computes in real time; "fine": 8 to a skirt; or their spacing [m]. It takes the
             place of fluid.particle_spacing, and of size and depth where these are not given: 21 and 2.7 drafts of the target
     size    [m] along x and y

@@ -104,18 +104,22 @@ def _coarse_skirts(spacing: float, slick: SlickParticipant, booms: Mapping[str, 
     return CoarseSkirts(depth, STANDING, Closures.planing_angle)
 
 
+def middle_of(segments: Sequence[str]) -> list[str]:
+    """Return the middle segment, or the two beside the middle: a window beside it would load one leg of a U more than the other."""
+    return list(segments[(len(segments) - 1) // 2 : len(segments) // 2 + 1])
+
+
 def targets_of(scenario: Scenario, fleet: Fleet) -> dict[str, Target]:
     """Return the places that the windows of a scenario follow, by the poses of bodies."""
     return {name: target_of(table.target, fleet) for name, table in scenario.window.items()}
 
 
 def target_of(target: str | Point2, fleet: Fleet) -> Target:
-    """Return the place that a window follows, by the poses of bodies: the middle segment of a boom, a vessel, a body, or a place."""
+    """Return the place that a window follows, by the poses of bodies: the middle of a boom, a vessel, a body, or a place."""
     if not isinstance(target, str):
         return lambda poses: np.array(target)
     if target in fleet.booms:
-        segments = fleet.booms[target].segments
-        name = segments[len(segments) // 2].name
+        names = middle_of([segment.name for segment in fleet.booms[target].segments])
     else:
-        name = body_of(target) if any(vessel.name == target for vessel in fleet.vessels) else target
-    return lambda poses: poses[name][:2]
+        names = [body_of(target) if any(vessel.name == target for vessel in fleet.vessels) else target]
+    return lambda poses: np.mean([poses[name][:2] for name in names], axis=0)

@@ -15,6 +15,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of, segment_names
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.window import window_place
+from scenarios.setup.at_sea.window import middle_of
 from scenarios.setup.solids.placed_solids import Solid
 
 Array = NDArray[np.float64]
@@ -51,13 +52,10 @@ def _middle(scenario: Scenario, target: str | Point2, solids: Sequence[Solid]) -
     """Return the place (2,) [m] of a window's middle at the start."""
     if not isinstance(target, str):
         return np.array(target)
-    name = target
+    names = [body_of(target) if target in scenario.vessels else target]
     if target in scenario.booms:
-        segments = segment_names(target, scenario.booms[target].segments)
-        name = segments[len(segments) // 2]
-    elif target in scenario.vessels:
-        name = body_of(target)
-    return np.asarray(next(solid.placed.position for solid in solids if solid.name == name)[:2])
+        names = middle_of(segment_names(target, scenario.booms[target].segments))
+    return np.mean([solid.placed.position[:2] for solid in solids if solid.name in names], axis=0)
 
 
 def _overlaps(

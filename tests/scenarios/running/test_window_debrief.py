@@ -48,7 +48,7 @@ def outlines(figure: Figure) -> list[Rectangle]:
 
 
 def test_the_recording_tells_where_the_window_is(replay: JoinedReplay) -> None:
-    """The box drifts with the current through a step, which it begins around the boom's middle segment."""
+    """The box drifts with the current through a step, which it begins around the boom's middle."""
     (window,) = replay.run.windows
     assert (window.name, window.target) == ("window", "the middle of boom main")
     assert (window.size, window.spacing) == (pytest.approx(SIZE), SPACING)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from coupling.participants.window import WindowParticipant
 from coupling.participants.windows import WindowsParticipant
 from scenarios.build import Assembly, build
 from scenarios.load import load_scenario
@@ -142,3 +143,16 @@ def test_a_run_says_how_many_segments_particles_bear_and_that_a_boom_lies_in_a_r
     assert not any(text.startswith("window.right: particles bear") for text in told)
     lies = "window.right: boom 'main' lies in its rim at the start"
     assert [level for text, level in told.items() if text.startswith(lies)] == ["warning"]
+
+
+@pytest.mark.parametrize("segments", [13, 14])
+def test_a_window_that_follows_a_boom_lies_on_its_axis(tmp_path: Path, segments: int) -> None:
+    """Beside the axis, on the one of the two middle segments, a window drew the boom of `u-sweep` 0.3 m aside in 14 s."""
+    text = SCENARIO.replace("segments = 14", f"segments = {segments}").replace(
+        "target = [0.6, -1.35]", 'target = "main"'
+    )
+    (tmp_path / "boom.toml").write_text(text[: text.index("[window.right]")] + text[text.index("[booms.main]") :])
+    assembly = build(load_scenario(tmp_path / "boom.toml").scenario)
+    participant = assembly.fluid_participant
+    assert isinstance(participant, WindowParticipant)
+    assert participant.window.rim.center[1] == pytest.approx(0.0, abs=1e-9)
