@@ -60,7 +60,7 @@ class BoomDescription:
 
 @dataclass(frozen=True, kw_only=True)
 class WindowDescription:
-    """A box of particles that moves through a sea by formulas. Where its middle is tell the series `middle_series`.
+    """A box of particles that moves through a sea by formulas. The series `middle_series` tell where its middle is.
 
     name     its name in the scenario
     target   what its middle follows, in words

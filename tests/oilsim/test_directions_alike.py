@@ -55,12 +55,12 @@ def scene(make_fluid, move):
 
 
 def sides_of(move):
-    """The axis that each axis is moved to, with its name."""
+    """Return, for each axis, the axis that it is moved to, with its name."""
     return [(axis, "xyz"[int(np.abs(move[:, axis]).argmax())]) for axis in range(3)]
 
 
 def stage(fluid, apply):
-    """What one stage alone does to velocities (3, N) in a unit of time."""
+    """Set the velocities (3, N) [m/s] to what one stage alone gives still liquid in a second."""
     prepare(fluid)
     fluid.state.velocity[:] = 0.0
     apply(fluid.tools, fluid.arrays, fluid.state, 1.0)
@@ -79,7 +79,7 @@ STAGES = {
 
 
 def outcome(make_fluid, move, name):
-    """Velocities (N, 3) in the order of particles' numbers and the impulse on the body (6,), both in the directions before the move."""
+    """Return velocities (N, 3) [m/s] by particle id, and the impulse on the body (6,) [N s, N m s], in the directions before the move."""
     fluid, body, both = scene(make_fluid, move)
     STAGES[name][0](fluid)
     velocity = fluid.state.velocity.T[np.argsort(fluid.state.id)].astype(np.float64) @ move

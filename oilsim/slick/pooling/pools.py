@@ -135,7 +135,7 @@ def slide(
 
 
 def _aims(barriers: Barriers, pools: Pools, duration: float, friction: float) -> Aims:
-    """Say where parcels of the pools lie.
+    """Say where parcels of the pools lie, after `duration` [s] at most; friction C_f [-].
 
     The profile's way x is along the flow. Square to a segment that lies askew to it, the pool reaches x cos(a), with a between the flow and
     the normal: there K is K / cos(a), and the oil of a metre of the segment V' cos(a).
@@ -153,7 +153,7 @@ def _aims(barriers: Barriers, pools: Pools, duration: float, friction: float) ->
 def arrange(parcels: Parcels, barriers: Barriers, pools: Pools, duration: float, friction: float) -> None:
     """Put held parcels at their places in the pools' profiles, as far as they get in `duration` [s]; none passes a barrier.
 
-    friction C_f [-].
+    duration [s] of the step; friction C_f [-].
     """
     aims = _aims(barriers, pools, duration, friction)
     place_parcels(_held(parcels), _lines(barriers), aims, resting_sweep(barriers), parcels.position)

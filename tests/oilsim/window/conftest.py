@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -10,14 +11,14 @@ from tests.oilsim.window.meeting import Meeting
 
 
 @pytest.fixture
-def meet() -> Iterator[type[Meeting]]:
+def meet() -> Iterator[Callable[..., Meeting]]:
+    """Make a meeting as `Meeting` does, which ends with the test."""
     made: list[Meeting] = []
 
-    class Kept(Meeting):
-        def __init__(self, *given: object, **named: object) -> None:
-            super().__init__(*given, **named)  # type: ignore[arg-type]
-            made.append(self)
+    def make(*given: Any, **named: Any) -> Meeting:
+        made.append(Meeting(*given, **named))
+        return made[-1]
 
-    yield Kept
+    yield make
     for one in made:
         one.window.fluid.close()

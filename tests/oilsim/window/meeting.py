@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.phases import Phase
@@ -36,12 +38,12 @@ class Meeting:
         booms: tuple[Boom, ...] = (),
         skirts: CoarseSkirts | None = None,
         density: float = OIL.density,
-        **sea: object,
+        **sea: Any,
     ) -> None:
         self.oil = replace(OIL, density=density)
         crude = replace(CRUDE, rest_density=density)
         settings = WindowSettings(size=(4.8, 4.8), depth=0.8, spacing=SPACING, rim=0.8, sleep_speed=0.02)
-        self.window = Window(settings, Sea(SeaDescription(depth=10.0, **sea)), (WATER, crude), threads=1)  # type: ignore[arg-type]
+        self.window = Window(settings, Sea(SeaDescription(depth=10.0, **sea)), (WATER, crude), threads=1)
         self.slick = Slick(SlickSettings(loss_volume=0.02, water_density=1027.0), booms)
         flow = self.window.motion.sea.description.surface_current
         self.flow = UniformFlow((0.0, 0.0) if flow is None else (CURRENT, 0.0))
@@ -50,7 +52,7 @@ class Meeting:
         self.participant.meet(self.exchange, WindowFlow(self.flow, self.exchange.surface))
         self.time = 0.0
 
-    def step(self, target: tuple[float, float] = (0.0, 0.0)) -> None:
+    def step(self, target: ArrayLike = (0.0, 0.0)) -> None:
         self.window.follow(np.array(target), self.time)
         self.window.fluid.time = self.time
         self.window.fluid.advance(STEP)

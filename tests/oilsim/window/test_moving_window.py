@@ -107,13 +107,13 @@ def test_what_a_window_leaves_behind_does_not_come_in_ahead(window: Window) -> N
     assert left["turns"] < 0.05
 
 
-def test_oil_in_a_window_that_turns_keeps_its_volume(meet: type[Meeting]) -> None:
+def test_oil_in_a_window_that_turns_keeps_its_volume(meet: Callable[..., Meeting]) -> None:
     """The middle comes over a slick that drifts, turns in it, and goes on, so oil becomes particles, and parcels again."""
     case = meet(current=CurrentProfile(flow=SteadyFlow(speed=CURRENT_X)))
     case.slick.release(OIL, 1.2, count=400, center=(1.2, 0.3), radius=0.8)
     counts = []
     for index in range(40):
-        case.step(tuple(turns(index * STEP)))  # type: ignore[arg-type]
+        case.step(turns(index * STEP))
         case.require_exact()
         counts.append(case.oil_particles)
     assert max(counts) > 1.5 * counts[0] > 0, "oil comes in while the middle moves"

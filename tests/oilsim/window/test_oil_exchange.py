@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ from oilsim.window.window import Window
 from tests.oilsim.window.meeting import CURRENT, OIL, PARTICLE, WATER, Meeting
 
 
-def test_thick_oil_becomes_particles_and_leaves_as_parcels(meet: type[Meeting]) -> None:
+def test_thick_oil_becomes_particles_and_leaves_as_parcels(meet: Callable[..., Meeting]) -> None:
     """Poured in the middle, it is particles; all leave through the rim as parcels, and none stays behind there."""
     current = CurrentProfile(flow=SteadyFlow(speed=CURRENT))
     case = meet(current=current, waves=RegularWaves(height=0.1, period=2.5))
@@ -33,7 +35,7 @@ def test_thick_oil_becomes_particles_and_leaves_as_parcels(meet: type[Meeting]) 
     assert case.exchange.taken == pytest.approx(case.exchange.given)
 
 
-def test_a_slick_thinner_than_a_particle_stays_parcels_and_is_carried_along(meet: type[Meeting]) -> None:
+def test_a_slick_thinner_than_a_particle_stays_parcels_and_is_carried_along(meet: Callable[..., Meeting]) -> None:
     case = meet()
     case.slick.release(OIL, 0.001, count=50, center=(0.0, 0.0), radius=0.5)
     before = case.slick.parcels.position.copy()
@@ -56,7 +58,7 @@ STREAM = CurrentProfile(flow=SteadyFlow(speed=CURRENT))
 
 @pytest.mark.parametrize(("draft", "lean", "holds"), [(0.1, 0.3, True), (0.1, 1.0, False), (0.04, 0.3, False)])
 def test_a_coarse_skirt_holds_back_what_drains_under_it_while_it_stands(
-    meet: type[Meeting], draft: float, lean: float, holds: bool
+    meet: Callable[..., Meeting], draft: float, lean: float, holds: bool
 ) -> None:
     """The particles know no skirt here and pass under its foot; one of 0.1 m that stands keeps their parcels, another loses them."""
     skirts = CoarseSkirts(np.full(4, 0.1), 0.5, 0.8)
@@ -81,7 +83,7 @@ def test_a_coarse_skirt_holds_back_what_drains_under_it_while_it_stands(
         assert drained > 0.05
 
 
-def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: type[Meeting]) -> None:
+def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: Callable[..., Meeting]) -> None:
     """The line holds parcels until they are as thick as a particle; the particles know no skirt here, pass, and are booked as lost."""
     case = meet((Boom(name="pocket", nodes=NODES, draft=0.6),), current=STREAM)
     case.slick.release(OIL, 1.2, count=400, center=(-1.9, 0.0), radius=1.0, age=5.0)
@@ -95,7 +97,7 @@ def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: type[Meeting]) ->
     assert account.lost > 0.0
 
 
-def test_a_restored_exchange_repeats_its_steps(meet: type[Meeting]) -> None:
+def test_a_restored_exchange_repeats_its_steps(meet: Callable[..., Meeting]) -> None:
     case = meet(current=CurrentProfile(flow=SteadyFlow(speed=CURRENT)))
     case.slick.release(OIL, 0.4, count=100, center=(-0.5, 0.0), radius=0.5)
     for _ in range(8):
@@ -116,7 +118,7 @@ def test_a_restored_exchange_repeats_its_steps(meet: type[Meeting]) -> None:
     assert ends[0][2] == ends[1][2]
 
 
-def test_a_window_without_oil_is_refused(meet: type[Meeting]) -> None:
+def test_a_window_without_oil_is_refused(meet: Callable[..., Meeting]) -> None:
     case = meet()
     water = Window(case.window.settings, case.window.motion.sea, (WATER,), threads=1)
     try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -47,7 +49,7 @@ def places_of(case: Meeting) -> np.ndarray:
     return places
 
 
-def test_thickness_is_continuous_across_the_rim(meet: type[Meeting]) -> None:
+def test_thickness_is_continuous_across_the_rim(meet: Callable[..., Meeting]) -> None:
     """A slick of 0.3 m, hardly lighter than water so that it hardly spreads, passes through a window of particles of 0.2 m in a current.
 
     Areas of 0.8 m by 1 m lie on both sides of the places where oil becomes particles, and parcels again. Its mean thickness in them, over
@@ -79,7 +81,7 @@ def test_thickness_is_continuous_across_the_rim(meet: type[Meeting]) -> None:
     assert gone == pytest.approx(without, abs=0.5 * SPACING), "it is where it would be without a window"
 
 
-def test_a_slick_thinner_than_a_particle_passes_as_if_no_window_were_there(meet: type[Meeting]) -> None:
+def test_a_slick_thinner_than_a_particle_passes_as_if_no_window_were_there(meet: Callable[..., Meeting]) -> None:
     """Water that the sea carries rests in a window, so it adds nothing to the drift once it sleeps.
 
     Until then, within a second, it settles at 0.8 mm/s or less (see `test_moving_window`), which moves oil by less than a millimetre.
@@ -102,7 +104,7 @@ def test_a_slick_thinner_than_a_particle_passes_as_if_no_window_were_there(meet:
     np.testing.assert_allclose(moved, [CURRENT * 75 * STEP, 0.0], atol=0.01)
 
 
-def test_a_thin_slick_becomes_particles_where_a_boom_thickens_it(meet: type[Meeting]) -> None:
+def test_a_thin_slick_becomes_particles_where_a_boom_thickens_it(meet: Callable[..., Meeting]) -> None:
     case = meet((Boom(name="pocket", nodes=POCKET, draft=0.6),), current=STREAM)
     case.slick.release(OIL, 0.4, count=400, center=(-2.2, 0.0), radius=1.2, age=5.0)
     for _ in range(20):
