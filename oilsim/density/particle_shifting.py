@@ -1,7 +1,7 @@
 """Relaxation: one gentle step towards constant density, even order and quiet velocities. Positions never become velocity.
 
     dx_i = sum_j V c_ij (L_i + L_j - (b_i + b_j) (1 - a q^2)) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i
-    v_i -= theta sum_j V W_ij c_ij [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
+    v_i -= theta sum_j V W_ij c_ij [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau),  j of the same liquid
     c_ij = 2 rho_j / (rho_i + rho_j),    q = r / H
 
 with the particle spacing d, the support radius H, the lattice's a, and e_i, g_i, G_i of `particle_sums`.
@@ -12,7 +12,9 @@ that is too little, a pass mends half as much again, and further passes follow, 
 counts with both signs; near a free surface only compression counts.
 
 **Quiet.** The filter removes motion that linear flow cannot explain, so that shear and rotation pass. It acts in every step. If it acted in
-every n-th step only, it would feed swings of pressed particles (`time_step`) whose half period is n steps.
+every n-th step only, it would feed swings of pressed particles (`time_step`) whose half period is n steps. It acts within each liquid
+alone: liquids slip past each other, and that is no noise. Across an interface the filter would be a drag that no liquid has, would hold
+down the waves that slip raises, and would stop single drops.
 
 **Order.** Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the
 strain of the flow. Out of reach of walls pairs share the shift, b = beta d^2 / 2, and the centre of mass of the liquid stays. A push that
@@ -47,9 +49,9 @@ from numpy.typing import NDArray
 
 from oilsim.backend.float32 import HALF, ONE, TWO, ZERO
 from oilsim.backend.jit import FAST, inlined
-from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, spread, summed
+from oilsim.backend.simd import LANES, above_zero, below, gather, gather_four, load, only, root, spread, summed
 from oilsim.backend.thread_team import BLOCK
-from oilsim.gradients.flow import GRADIENT, STRENGTH, WEIGHT, velocity_gradient
+from oilsim.gradients.flow import GRADIENT, LIQUID, STRENGTH, WEIGHT, velocity_gradient
 from oilsim.gradients.particle_sums import coverage_and_slope
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
@@ -247,7 +249,7 @@ def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
     factor = volume * inverse_support * inverse_support
     for i in range(begin, end):
         ui, vi, wi, weight = flow[i, 0], flow[i, 1], flow[i, 2], flow[i, WEIGHT]
-        own, shifted = multiplier[i], flow[i, STRENGTH]
+        own, shifted, liquid = multiplier[i], flow[i, STRENGTH], flow[i, LIQUID]
         px = py = pz = ox = oy = oz = sx = sy = sz = spread(ZERO)
         start = fluid.start[i]
         last = start + np.int64(fluid.number[i])
@@ -269,11 +271,13 @@ def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
                 ox += order * dx
                 oy += order * dy
                 oz += order * dz
-                w = kernel(q, sigma) * theta * volume * share
                 hx, hy, hz = HALF * dx, HALF * dy, HALF * dz
                 uj, vj, wj, _ = gather_four(flow, j, 0)
+                rise = gather_four(flow, j, GRADIENT + 4)
+                other = liquid - rise[3]  # in the column LIQUID
+                w = only(above_zero(other * other), ZERO, kernel(q, sigma) * theta * volume * share)
                 sx += w * (ui - uj - linear(flow, i, 0, gather_four(flow, j, GRADIENT), hx, hy, hz))
-                sy += w * (vi - vj - linear(flow, i, 1, gather_four(flow, j, GRADIENT + 4), hx, hy, hz))
+                sy += w * (vi - vj - linear(flow, i, 1, rise, hx, hy, hz))
                 sz += w * (wi - wj - linear(flow, i, 2, gather_four(flow, j, GRADIENT + 8), hx, hy, hz))
         to_x = inertia * push[0, i] + weight * summed(px)
         to_y = inertia * push[1, i] + weight * summed(py)

@@ -149,8 +149,9 @@ def sum_over_neighbors(begin, end, hood, plane, shares, compression, gradient_su
         if determinant(moment) > REGULAR:
             set_velocity_gradient(i, strain, inverse(moment), flow)
         else:
-            for n in range(GRADIENT, 16):
-                flow[i, n] = ZERO
+            for axis in range(3):
+                row = GRADIENT + 4 * axis
+                flow[i, row] = flow[i, row + 1] = flow[i, row + 2] = ZERO
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
         if hood.walls.number[i] > 0:
             solid, push, more = sum_over_walls(i, hood, scale)

@@ -26,6 +26,7 @@ from oilsim.density.particle_shifting import (
     shift_strength,
 )
 from oilsim.gradients.free_surface import FreeSurface, mark_exposed, mark_free_surface
+from oilsim.gradients.flow import LIQUID
 from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums
@@ -107,6 +108,7 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     arrays.flow, exposed = np.empty((state.listed, 16), np.float32), np.empty(state.listed, np.float32)
     place_points(tools, arrays, state)
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
+    arrays.flow[:, LIQUID] = state.phase[: state.listed]
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase))
     run(
         sum_over_neighbors, state.listed, hood, constants.plane, shares, arrays.compression, arrays.gradient_sum, arrays.flow,

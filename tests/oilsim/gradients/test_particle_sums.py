@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.gradients.flow import GRADIENT, WEIGHT
+from oilsim.gradients.flow import GRADIENT, LIQUID, WEIGHT
 from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.initial_conditions import block
@@ -27,6 +27,7 @@ def fields(fluid):
     compression, gradient = np.empty(count, np.float32), np.empty((3, count), np.float32)
     flow, matrix = np.zeros((count, 16), np.float32), np.empty((count, 8), np.float32)
     fill_rows(0, count, state.velocity, arrays.weight, flow)
+    flow[:, LIQUID] = state.phase
     shares = CorrectionShares(tools.constants.moment, tools.constants.exact.take(state.phase))
     sum_over_neighbors(
         0, count, arrays.neighborhood, tools.constants.plane, shares, compression, gradient, flow, matrix

@@ -77,10 +77,12 @@ def fill_flume(
     speed: float,
     lean: float = 0.0,
     tension: float = 0.0,
+    balanced: bool = False,
 ) -> tuple[Fluid, Current]:
     """Fill the flume, in motion at `speed` [m/s], and return it with its current.
 
-    lean: of the skirt, back [rad]; tension: between oil and water [N/m], 0 for none.
+    lean: of the skirt, back [rad]; tension: between oil and water [N/m], 0 for none; balanced: whether the water is well balanced, as in
+    windows.
     """
     draft, depth, length = shape.draft, shape.level, shape.period(spacing)
     phases = (
@@ -90,6 +92,7 @@ def fill_flume(
     config = FluidConfig(
         particle_spacing=spacing, phases=phases, dimension=2, lower=(0.0, -1.0, -4.0 * spacing),
         upper=(length, 1.0, depth + 2.0 * draft), periodic=(True, False, False), maximum_time_step=0.02,
+        well_balanced=balanced,
     )  # fmt: skip
     fluid = bench.fluid(config)
     fluid.add_boundary(

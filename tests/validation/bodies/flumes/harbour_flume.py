@@ -1,8 +1,8 @@
 """Case 45: a flume at full scale, in which particles alone tell at which speed, and how fast, a harbour skirt loses oil.
 
-    python -m tests.validation.bodies.flumes.harbour_flume --oil 840 --resolution 33 [--tension] [--minutes 60] [--keep]
+    python -m tests.validation.bodies.flumes.harbour_flume --oil 840 --resolution 33 [--tension] [--balanced] [--minutes 60] [--keep]
 
-runs one oil and spacing, with interfacial tension or without. The current grows in steps, each held until the flow has passed twice. Oil
+runs one oil and spacing, with interfacial tension or without, in well-balanced water or not. The current grows in steps, each held until the flow has passed twice. Oil
 that passes under the skirt comes up behind it, drifts round with the water and meets the slick again, so the pool stays, and the loss at
 each speed is steady. It is counted in the second passage of the water. The state is saved every five minutes and at the end of a piece
 (`--minutes`): the same command goes on from there, bit for bit. Rows go into a table beside the state; `--keep` puts them into
@@ -43,7 +43,7 @@ FOOT = 0.3  # d below the foot, where the fastest water is looked for
 BIN = 0.1  # d: of the slick's profile
 FOLDER = Path("validation-report/harbour-flume")
 SAVE_EVERY = 300.0  # s of wall time
-KEY = ("oil", "resolution", "tension", "speed")  # of a row
+KEY = ("oil", "resolution", "tension", "balanced", "begun", "speed")  # of a row
 MEASURED = Path(__file__).with_name("harbour_flume.csv")
 
 
@@ -51,14 +51,16 @@ MEASURED = Path(__file__).with_name("harbour_flume.csv")
 class Row:
     """The means at one speed.
 
-    oil [kg/m3]; resolution: spacings of draft; tension [N/m], 0 for none; speed [m/s] set, flow [m/s] found ahead; pool [m2] before the
-    skirt; passed [m2/s] under it; thickness [m] at the skirt; length [m] of the slick; front [m] and friction C_f of the best
+    oil [kg/m3]; resolution: spacings of draft; tension [N/m], 0 for none; balanced: 1 in well-balanced water, else 0; begun [m/s]: the
+    speed at which the run began; speed [m/s] set, flow [m/s] found ahead; pool [m2] before the skirt; passed [m2/s] under it; thickness [m] at the skirt; length [m] of the slick; front [m] and friction C_f of the best
     h^2 = h_f^2 + K x (NaN for a slick that is too short); suction k: the fastest water under the foot, over the flow.
     """
 
     oil: float
     resolution: int
     tension: float
+    balanced: int
+    begun: float
     speed: float
     flow: float
     pool: float
@@ -91,15 +93,21 @@ class Hold:
 class Series:
     """One oil, spacing and tension, from speed to speed; `held` (N,) tells by id which oil lies before the skirt."""
 
-    def __init__(self, bench: Bench, oil_density: float, resolution: int, tension: float, folder: Path) -> None:
-        self.bench, self.oil, self.resolution, self.tension = bench, oil_density, resolution, tension
+    def __init__(
+        self, bench: Bench, oil_density: float, resolution: int, tension: float, folder: Path, balanced: bool = False
+    ) -> None:
+        self.bench, self.oil, self.resolution, self.tension, self.balanced = (
+            bench, oil_density, resolution, tension, balanced,
+        )  # fmt: skip
         self.spacing = FLUME.draft / resolution
-        self.fluid, self.current = fill_flume(bench, FLUME, self.spacing, oil_density, SPEEDS[0], tension=tension)
+        self.fluid, self.current = fill_flume(
+            bench, FLUME, self.spacing, oil_density, SPEEDS[0], tension=tension, balanced=balanced
+        )
         self.held = np.zeros(self.fluid.particle_count, np.bool_)
         self.held[self.fluid.phase_ids("oil")] = True
         self.rows: list[Row] = []
         self._hold: Hold | None = None
-        self._state = folder / f"{oil_density:g}-{resolution}-{tension:g}.pickle"
+        self._state = folder / f"{oil_density:g}-{resolution}-{tension:g}{'-balanced' if balanced else ''}.pickle"
         if state := saved(self._state):
             self.fluid.restore_state(state["fluid"])
             self.held, self.rows = state["held"], [Row(**row) for row in state["rows"]]
@@ -207,7 +215,8 @@ class Series:
             front = math.sqrt(max(at_front, 0.0))
             friction = growth / float(thickening(flow, liquids(self.oil), 1.0))
         return Row(
-            oil=self.oil, resolution=self.resolution, tension=self.tension, speed=hold.speed, flow=flow, pool=pool,
+            oil=self.oil, resolution=self.resolution, tension=self.tension, balanced=int(self.balanced),
+            begun=self.rows[0].begun if self.rows else hold.speed, speed=hold.speed, flow=flow, pool=pool,
             passed=hold.lost * self.spacing**2 / (len(hold.looks) * SAMPLE), thickness=float(deepest),
             length=float(length), front=front, friction=friction, suction=foot / flow,
         )  # fmt: skip
@@ -291,7 +300,9 @@ def main() -> None:
     add_options(parser, OILS, FOLDER)
     parser.add_argument("--speeds", type=float, nargs="+", default=SPEEDS, metavar="M/S", help="in growing order")
     options = read_options(parser, FLUME.draft)
-    series = Series(Bench(threads=options.threads), options.oil, options.resolution, options.tension, options.folder)
+    series = Series(
+        Bench(threads=options.threads), options.oil, options.resolution, options.tension, options.folder, options.balanced
+    )
     series.run(options.speeds, piece_of(options))
     if options.keep:
         keep(MEASURED, series.rows, KEY)

@@ -105,6 +105,9 @@ def add_options(parser: argparse.ArgumentParser, oils: tuple[float, ...], folder
         help=f"interfacial tension [N/m], or an oil of the library that has it; {ASSUMED_TENSION:g} if neither is given, "
         "none without this option",
     )  # fmt: skip
+    parser.add_argument(
+        "--balanced", action="store_true", help="well-balanced water, as in windows: fewer steps, and drops rise more freely"
+    )
     parser.add_argument("--minutes", type=float, default=math.inf, help="of this piece; default until the end")
     parser.add_argument("--save-every", type=float, default=5.0, help="minutes between saved states")
     parser.add_argument("--keep", action="store_true", help="put the rows into the table that is committed")

@@ -36,18 +36,22 @@ SAMPLE = 0.1  # s
 STEP = 0.01  # V between two rows of the table
 FOLDER = Path("validation-report/skirt-ramp")
 MEASURED = Path(__file__).with_name("skirt_ramp.csv")
-KEY = ("oil", "resolution", "tension", "number")  # of a row
+KEY = ("oil", "resolution", "tension", "balanced", "first", "number")  # of a row
 
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """A ramp: oil [kg/m3], spacings of draft, tension [N/m], U / V at the beginning, and lean of the skirt, back [rad]."""
+    """A ramp: oil [kg/m3], spacings of draft, tension [N/m], U / V at the beginning, and lean of the skirt, back [rad].
+
+    balanced: whether the water is well balanced, as in windows.
+    """
 
     oil: float
     resolution: int
     tension: float = 0.0
     first: float = FIRST
     lean: float = 0.0
+    balanced: bool = False
 
     @property
     def unit(self) -> float:
@@ -68,12 +72,14 @@ class Setting:
 class Row:
     """A point of the curve: oil [kg/m3], spacings of draft, tension [N/m], U / V, U [m/s], and shares of the oil.
 
-    lost: has passed under the skirt; ahead: lies in the zone that renews the current or has left it upstream.
+    balanced: 1 in well-balanced water, else 0; first: U / V at the beginning; lost: has passed under the skirt; ahead: lies in the zone that renews the current or has left it upstream.
     """
 
     oil: float
     resolution: int
     tension: float
+    balanced: int
+    first: float
     number: float
     speed: float
     lost: float
@@ -87,7 +93,7 @@ class Ramp:
         self.bench, self.setting, self._state = bench, setting, state
         self.fluid, self.current = fill_flume(
             bench, FLUME, DRAFT / setting.resolution, setting.oil, setting.first * setting.unit, setting.lean,
-            setting.tension,
+            setting.tension, setting.balanced,
         )  # fmt: skip
         self.lost, self.strayed = set[int](), set[int]()
         self.rows: list[Row] = []
@@ -129,9 +135,11 @@ class Ramp:
             self.rows.append(self._row(number, len(self.lost) / len(ids), float(ahead)))
 
     def _row(self, number: float, lost: float, ahead: float) -> Row:
-        oil, resolution, tension = self.setting.oil, self.setting.resolution, self.setting.tension
-        speed = number * self.setting.unit
-        return Row(oil=oil, resolution=resolution, tension=tension, number=number, speed=speed, lost=lost, ahead=ahead)
+        setting = self.setting
+        return Row(
+            oil=setting.oil, resolution=setting.resolution, tension=setting.tension, balanced=int(setting.balanced),
+            first=setting.first, number=number, speed=number * setting.unit, lost=lost, ahead=ahead,
+        )  # fmt: skip
 
     def _save(self) -> None:
         if self._state:
@@ -175,8 +183,12 @@ def main() -> None:
     add_options(parser, OILS, FOLDER)
     parser.add_argument("--first", type=float, default=SLOW, metavar="U/V", help=f"beginning; default {SLOW:g}")
     options = read_options(parser, DRAFT)
-    setting = Setting(oil=options.oil, resolution=options.resolution, tension=options.tension, first=options.first)
-    name = f"{setting.oil:g}-{setting.resolution}-{setting.tension:g}-{setting.first:g}.pickle"
+    setting = Setting(
+        oil=options.oil, resolution=options.resolution, tension=options.tension, first=options.first,
+        balanced=options.balanced,
+    )  # fmt: skip
+    kind = "-balanced" if setting.balanced else ""
+    name = f"{setting.oil:g}-{setting.resolution}-{setting.tension:g}-{setting.first:g}{kind}.pickle"
     ramp = Ramp(Bench(threads=options.threads), setting, options.folder / name)
     ramp.run(piece_of(options))
     if ramp.rows:

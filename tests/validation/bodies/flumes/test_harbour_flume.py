@@ -16,7 +16,7 @@ from tests.validation.bodies.flumes.tables import read
 from tests.validation.case import Bench
 
 ROW = flume.Row(
-    oil=900.0, resolution=33, tension=0.02, speed=0.3, flow=0.29, pool=0.012, passed=0.0, thickness=0.05, length=0.3,
+    oil=900.0, resolution=33, tension=0.02, balanced=0, begun=0.3, speed=0.3, flow=0.29, pool=0.012, passed=0.0, thickness=0.05, length=0.3,
     front=0.04, friction=0.004, suction=1.4,
 )  # fmt: skip
 SPEEDS = (0.8, 1.0)
