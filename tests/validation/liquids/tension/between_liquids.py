@@ -213,5 +213,6 @@ INTERFACE_SHEAR = Case(
     ),
     panels=(Panel("growth", "t [s]", "modal speed / first", log_y=True),),
     run=interface_shear,
-    note="the pressure's sums resist the slip of a layer on the next one, and the wave grows too slowly",
+    note="a layer of uniform shear (Rayleigh 1880) of 1.6, 2.0 and 3.0 d has the growth that is measured at 32, 48 and 64 spacings a wave "
+    "without tension",
 )
