@@ -25,8 +25,8 @@ from oilsim.density.particle_shifting import (
     relaxation_multiplier,
     shift_strength,
 )
-from oilsim.gradients.free_surface import FreeSurface, mark_exposed, mark_free_surface
 from oilsim.gradients.flow import LIQUID
+from oilsim.gradients.free_surface import FreeSurface, mark_exposed, mark_free_surface
 from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums

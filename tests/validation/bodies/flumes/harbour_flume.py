@@ -2,11 +2,11 @@
 
     python -m tests.validation.bodies.flumes.harbour_flume --oil 840 --resolution 33 [--tension] [--balanced] [--minutes 60] [--keep]
 
-runs one oil and spacing, with interfacial tension or without, in well-balanced water or not. The current grows in steps, each held until the flow has passed twice. Oil
-that passes under the skirt comes up behind it, drifts round with the water and meets the slick again, so the pool stays, and the loss at
-each speed is steady. It is counted in the second passage of the water. The state is saved every five minutes and at the end of a piece
-(`--minutes`): the same command goes on from there, bit for bit. Rows go into a table beside the state; `--keep` puts them into
-`harbour_flume.csv` beside this file, with the rows that were measured before.
+runs one oil and spacing, with interfacial tension or without, in well-balanced water or not. The current grows in steps, each held until
+the flow has passed twice. Oil that passes under the skirt comes up behind it, drifts round with the water and meets the slick again, so the
+pool stays, and the loss at each speed is steady. It is counted in the second passage of the water. The state is saved every five minutes
+and at the end of a piece (`--minutes`): the same command goes on from there, bit for bit. Rows go into a table beside the state; `--keep`
+puts them into `harbour_flume.csv` beside this file, with the rows that were measured before.
 """
 
 from __future__ import annotations
@@ -52,8 +52,9 @@ class Row:
     """The means at one speed.
 
     oil [kg/m3]; resolution: spacings of draft; tension [N/m], 0 for none; balanced: 1 in well-balanced water, else 0; begun [m/s]: the
-    speed at which the run began; speed [m/s] set, flow [m/s] found ahead; pool [m2] before the skirt; passed [m2/s] under it; thickness [m] at the skirt; length [m] of the slick; front [m] and friction C_f of the best
-    h^2 = h_f^2 + K x (NaN for a slick that is too short); suction k: the fastest water under the foot, over the flow.
+    speed at which the run began; speed [m/s] set, flow [m/s] found ahead; pool [m2] before the skirt; passed [m2/s] under it; thickness [m]
+    at the skirt; length [m] of the slick; front [m] and friction C_f of the best h^2 = h_f^2 + K x (NaN for a slick that is too short);
+    suction k: the fastest water under the foot, over the flow.
     """
 
     oil: float
@@ -301,7 +302,12 @@ def main() -> None:
     parser.add_argument("--speeds", type=float, nargs="+", default=SPEEDS, metavar="M/S", help="in growing order")
     options = read_options(parser, FLUME.draft)
     series = Series(
-        Bench(threads=options.threads), options.oil, options.resolution, options.tension, options.folder, options.balanced
+        Bench(threads=options.threads),
+        options.oil,
+        options.resolution,
+        options.tension,
+        options.folder,
+        options.balanced,
     )
     series.run(options.speeds, piece_of(options))
     if options.keep:

@@ -106,7 +106,9 @@ def add_options(parser: argparse.ArgumentParser, oils: tuple[float, ...], folder
         "none without this option",
     )  # fmt: skip
     parser.add_argument(
-        "--balanced", action="store_true", help="well-balanced water, as in windows: fewer steps, and drops rise more freely"
+        "--balanced",
+        action="store_true",
+        help="well-balanced water, as in windows: fewer steps, and drops rise more freely",
     )
     parser.add_argument("--minutes", type=float, default=math.inf, help="of this piece; default until the end")
     parser.add_argument("--save-every", type=float, default=5.0, help="minutes between saved states")

@@ -72,7 +72,8 @@ class Setting:
 class Row:
     """A point of the curve: oil [kg/m3], spacings of draft, tension [N/m], U / V, U [m/s], and shares of the oil.
 
-    balanced: 1 in well-balanced water, else 0; first: U / V at the beginning; lost: has passed under the skirt; ahead: lies in the zone that renews the current or has left it upstream.
+    balanced: 1 in well-balanced water, else 0; first: U / V at the beginning; lost: has passed under the skirt; ahead: lies in the zone
+    that renews the current or has left it upstream.
     """
 
     oil: float

@@ -37,7 +37,15 @@ def test_the_table_keeps_the_first_loss() -> None:
     numbers, shares = np.linspace(0.4, 0.5, 101), np.linspace(0.0, 0.0999, 101)
     rows = [
         ramp.Row(
-            oil=900.0, resolution=64, tension=0.0, balanced=0, first=0.4, number=number, speed=number, lost=share, ahead=0.0
+            oil=900.0,
+            resolution=64,
+            tension=0.0,
+            balanced=0,
+            first=0.4,
+            number=number,
+            speed=number,
+            lost=share,
+            ahead=0.0,
         )
         for number, share in zip(numbers.tolist(), shares.tolist(), strict=True)
     ]
