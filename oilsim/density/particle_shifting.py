@@ -1,7 +1,7 @@
 """Relaxation: one gentle step towards constant density, even order and quiet velocities. Positions never become velocity.
 
     dx_i = sum_j V c_ij (L_i + L_j - (b_i + b_j) (1 - a q^2)) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i
-    v_i -= theta sum_j V W_ij c_ij [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau),  j of the same liquid
+    v_i -= theta sum_j V W_ij c_ij [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
     c_ij = 2 rho_j / (rho_i + rho_j),    q = r / H
 
 with the particle spacing d, the support radius H, the lattice's a, and e_i, g_i, G_i of `particle_sums`.
@@ -12,9 +12,10 @@ that is too little, a pass mends half as much again, and further passes follow, 
 counts with both signs; near a free surface only compression counts.
 
 **Quiet.** The filter removes motion that linear flow cannot explain, so that shear and rotation pass. It acts in every step. If it acted in
-every n-th step only, it would feed swings of pressed particles (`time_step`) whose half period is n steps. It acts within each liquid
-alone: liquids slip past each other, and that is no noise. Across an interface the filter would be a drag that no liquid has, would hold
-down the waves that slip raises, and would stop single drops.
+every n-th step only, it would feed swings of pressed particles (`time_step`) whose half period is n steps. Liquids that
+slip past each other make no noise. So where interfaces have a tension, and are resolved, the filter acts within each liquid alone. Across
+an interface it is a drag, which holds down the waves that slip raises. Without tension it acts across: a slick is one or two particles
+thick in most such scenes, and by that drag it follows the water; without it oil leaves booms round their ends.
 
 **Order.** Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the
 strain of the flow. Out of reach of walls pairs share the shift, b = beta d^2 / 2, and the centre of mass of the liquid stays. A push that

@@ -5,7 +5,7 @@
     4 to 6      GRADIENT: first row of the velocity gradient G_i, the derivatives of v_x along x, y and z [1/s]
     7           STRENGTH: b_i of particle shifting [m2] (see `particle_shifting`)
     8 to 10     second row of G_i [1/s]
-    11          LIQUID: number of the particle's phase [1]
+    11          LIQUID: number of the particle's phase [1], 0 for all where interfaces have no tension (see `particle_shifting`)
     12 to 14    third row of G_i [1/s]
 
 Column 15 holds nothing of use. Kernels read the row of a neighbour in fours (`simd.gather_four`), and so every four columns

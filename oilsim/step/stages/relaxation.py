@@ -108,7 +108,7 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     arrays.flow, exposed = np.empty((state.listed, 16), np.float32), np.empty(state.listed, np.float32)
     place_points(tools, arrays, state)
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
-    arrays.flow[:, LIQUID] = state.phase[: state.listed]
+    arrays.flow[:, LIQUID] = 0.0 if constants.tensions is None else state.phase[: state.listed]
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase))
     run(
         sum_over_neighbors, state.listed, hood, constants.plane, shares, arrays.compression, arrays.gradient_sum, arrays.flow,
