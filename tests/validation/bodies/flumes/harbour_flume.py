@@ -26,6 +26,7 @@ from booms.losses.rates import Closures
 from booms.losses.slick import thickening
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes.flume import OIL_VISCOSITY, Flume, fill_flume
+from tests.validation.bodies.flumes.picture import draw
 from tests.validation.bodies.flumes.pieces import Piece, add_options, piece_of, read_options, save, saved
 from tests.validation.bodies.flumes.tables import keep, write
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, Trace, trace
@@ -134,6 +135,18 @@ class Series:
         self._save()
         self.fluid.close()
         return not self._next(speeds)
+
+    def draw(self, path: Path) -> None:
+        """Draw oil and flow as they are now into a picture at `path`."""
+        speed = self._hold.speed if self._hold else self.rows[-1].speed if self.rows else SPEEDS[0]
+        tension = f"{self.tension:g} N/m" if self.tension else "no tension"
+        draw(
+            path,
+            self.fluid,
+            FLUME,
+            speed,
+            f"Oil of {self.oil:g} kg/m³, {speed:g} m/s, {self.resolution} spacings of draft, {tension}",
+        )
 
     def _next(self, speeds: Sequence[float]) -> float | None:
         """The speed [m/s] that is held, or the next one; None after the last."""
@@ -300,6 +313,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="One oil and spacing of the harbour flume.")
     add_options(parser, OILS, FOLDER)
     parser.add_argument("--speeds", type=float, nargs="+", default=SPEEDS, metavar="M/S", help="in growing order")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="of oil and flow at the end of this piece")
     options = read_options(parser, FLUME.draft)
     series = Series(
         Bench(threads=options.threads),
@@ -310,6 +324,8 @@ def main() -> None:
         options.balanced,
     )
     series.run(options.speeds, piece_of(options))
+    if options.picture:
+        series.draw(options.picture)
     if options.keep:
         keep(MEASURED, series.rows, KEY)
 

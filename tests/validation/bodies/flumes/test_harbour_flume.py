@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib import image
 
 from booms.losses.rates import Closures
 from tests.validation.bodies.boom_losses import drivers
@@ -49,6 +50,8 @@ def test_a_run_in_pieces_gives_the_rows_of_a_whole_one(small: None, tmp_path: Pa
         pieces += 1
     whole, pieced = (read(tmp_path / name / f"900-3-{tension:g}.csv", flume.Row) for name in ("whole", "pieces"))
     assert pieces > 3  # each speed takes more than one
+    series("whole").draw(picture := tmp_path / "flume.png")
+    assert len(np.unique(image.imread(picture).reshape(-1, 4), axis=0)) > 100  # water by its speed
     assert [row.speed for row in whole] == list(SPEEDS)
     np.testing.assert_equal([vars(row) for row in pieced], [vars(row) for row in whole])
 
