@@ -260,7 +260,7 @@ def harbour_flume(resolution: int, bench: Bench) -> Outcome:
     bench.plan(span * len(OILS))
     values, curves = dict[str, float](), list[Trace]()
     for oil in OILS:
-        series = Series(bench, oil, resolution, ASSUMED_TENSION, FOLDER)
+        series = Series(bench, oil, resolution, ASSUMED_TENSION, FOLDER, balanced=True)
         series.run(piece=Piece(interval=SAVE_EVERY))
         rows = series.rows
         found, name = first_loss(rows), f"{oil:g} kg/m3"
@@ -283,8 +283,8 @@ HARBOUR_FLUME = Case(
     name="harbour-flume",
     title="Loss over speed of a harbour skirt at full scale, by particles alone",
     source="practice: first loss at 0.31 to 0.51 m/s; suction round a plate's foot: k = 1.41; friction of slicks: 0.003 to 0.016",
-    setup=f"skirt of draft d = {FLUME.draft:g} m, one spacing thick, in water {FLUME.depth:g} d deep, plane, with an interfacial "
-    f"tension of {ASSUMED_TENSION:g} N/m and {FLUME.slick:g} d2 of oil before it; the current goes from {SPEEDS[0]:g} to "
+    setup=f"skirt of draft d = {FLUME.draft:g} m, one spacing thick, in well-balanced water {FLUME.depth:g} d deep, plane, with an "
+    f"interfacial tension of {ASSUMED_TENSION:g} N/m and {FLUME.slick:g} d2 of oil before it; the current goes from {SPEEDS[0]:g} to "
     f"{SPEEDS[-1]:g} m/s in steps of 0.02, each held for {PASSAGES:g} passages of the flume; the first loss is {100 * ONSET:g} % of the "
     "pool in the second passage",
     length=FLUME.draft,
