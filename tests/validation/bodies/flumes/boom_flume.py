@@ -86,6 +86,6 @@ BOOM_FLUME = Case(
     note="0.5 is no constant of nature. Practice is a speed of 0.31 to 0.51 m/s, hardly dependent on the draft; that is this Froude number "
     "for drafts of 0.4 to 0.6 m only. The limit that theory gives belongs to the depth of the water, 0.53 sqrt(g Delta H), here 0.91 V. "
     "The ramp begins at 0.4 V, below which it sees nothing; the command `skirt_ramp` begins at 0.15 V, and has tension on request. Without "
-    "interfacial tension the waves have no shortest length, so the onset may fall further with finer spacings. Droplets that a current "
-    "tears off are smaller than any spacing here: cases 41 and 42 test their model.",
+    "interfacial tension the waves have no shortest length. With 64 spacings, from 0.15 V on, the first loss is at 0.555 V. Droplets that "
+    "a current tears off are smaller than any spacing here: cases 41 and 42 test their model.",
 )
