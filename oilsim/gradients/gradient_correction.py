@@ -45,10 +45,11 @@ EXACT = np.float32(0.95)
 
 
 class CorrectionShares(NamedTuple):
-    """The moment m_0 of a lattice [1], and the share x of M^-1 in each particle's liquid (N,) [1]."""
+    """The moment m_0 of a lattice [1], the share x of M^-1 in each particle's liquid (N,) [1], and whether y is absent."""
 
     lattice_moment: np.float32
     exact: NDArray[np.float32]
+    plane: bool
 
 
 def exact_share(damping: float) -> float:

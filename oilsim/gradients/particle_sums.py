@@ -129,11 +129,10 @@ def coverage_and_slope(i, hood):
 
 
 @njit(**FAST)
-def sum_over_neighbors(begin, end, hood, plane, shares, compression, gradient_sum, flow, matrix):
+def sum_over_neighbors(begin, end, hood, shares, compression, gradient_sum, flow, matrix):
     """Fill compression, gradient sum, velocity gradient and correction matrix of the particles begin to end.
 
     hood                     the `Neighborhood`
-    plane                    whether y is absent
     shares                   the `CorrectionShares`
     compression (N,)         becomes e_i [1]
     gradient_sum (3, N)      becomes g_i [1/m]
@@ -141,7 +140,7 @@ def sum_over_neighbors(begin, end, hood, plane, shares, compression, gradient_su
     matrix (N, 8)            becomes Y_i [1] of `gradient_correction`, as xx, xy, xz, yy, yz, zz
     """
     inverse_support = ONE / hood.support
-    scale = inverse_support * inverse_support
+    scale, plane = inverse_support * inverse_support, shares.plane
     for i in range(begin, end):
         content, slope, moment, strain = sum_over_fluid(i, hood, flow)
         if plane:

@@ -109,10 +109,9 @@ def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_
     place_points(tools, arrays, state)
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
     arrays.flow[:, LIQUID] = 0.0 if constants.tensions is None else state.phase[: state.listed]
-    shares = CorrectionShares(constants.moment, constants.exact.take(state.phase))
+    shares = CorrectionShares(constants.moment, constants.exact.take(state.phase), constants.plane)
     run(
-        sum_over_neighbors, state.listed, hood, constants.plane, shares, arrays.compression, arrays.gradient_sum, arrays.flow,
-        arrays.matrix,
+        sum_over_neighbors, state.listed, hood, shares, arrays.compression, arrays.gradient_sum, arrays.flow, arrays.matrix
     )  # fmt: skip
     if tools.budget is not None:
         tools.budget.add_strain(arrays.flow, time_step)

@@ -28,10 +28,8 @@ def fields(fluid):
     flow, matrix = np.zeros((count, 16), np.float32), np.empty((count, 8), np.float32)
     fill_rows(0, count, state.velocity, arrays.weight, flow)
     flow[:, LIQUID] = state.phase
-    shares = CorrectionShares(tools.constants.moment, tools.constants.exact.take(state.phase))
-    sum_over_neighbors(
-        0, count, arrays.neighborhood, tools.constants.plane, shares, compression, gradient, flow, matrix
-    )  # fmt: skip
+    shares = CorrectionShares(tools.constants.moment, tools.constants.exact.take(state.phase), tools.constants.plane)
+    sum_over_neighbors(0, count, arrays.neighborhood, shares, compression, gradient, flow, matrix)
     return compression, gradient, flow, matrix[:, :6]
 
 

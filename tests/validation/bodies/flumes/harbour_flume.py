@@ -26,7 +26,7 @@ from booms.losses.rates import Closures
 from booms.losses.slick import thickening
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes.flume import OIL_VISCOSITY, Flume, fill_flume
-from tests.validation.bodies.flumes.picture import draw
+from tests.validation.bodies.flumes.picture import draw, picture_file
 from tests.validation.bodies.flumes.pieces import Piece, add_options, piece_of, read_options, save, saved
 from tests.validation.bodies.flumes.tables import keep, write
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, Trace, trace
@@ -313,7 +313,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="One oil and spacing of the harbour flume.")
     add_options(parser, OILS, FOLDER)
     parser.add_argument("--speeds", type=float, nargs="+", default=SPEEDS, metavar="M/S", help="in growing order")
-    parser.add_argument("--picture", type=Path, metavar="FILE", help="of oil and flow at the end of this piece")
+    parser.add_argument("--picture", type=picture_file, metavar="FILE", help="of oil and flow at the end of this piece")
     options = read_options(parser, FLUME.draft)
     series = Series(
         Bench(threads=options.threads),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import matplotlib
@@ -14,6 +15,16 @@ from oilsim.solver import Fluid
 from tests.validation.bodies.flumes.flume import Flume
 
 BELOW, ABOVE = 1.8, 0.4  # d: what is shown below and above the level
+WIDTH = 72.0 * 9.5  # points: of the flume in the picture
+
+
+def picture_file(text: str) -> Path:
+    """Return the path of a picture; argparse.ArgumentTypeError for an ending that no picture has, before hours of computing."""
+    path, allowed = Path(text), plt.figure().canvas.get_supported_filetypes()
+    plt.close()
+    if path.suffix.lstrip(".") not in allowed:
+        raise argparse.ArgumentTypeError(f"{text!r} ends in {path.suffix!r}, allowed: .{', .'.join(sorted(allowed))}")
+    return path
 
 
 def draw(path: Path, fluid: Fluid, shape: Flume, speed: float, title: str) -> None:
@@ -21,7 +32,9 @@ def draw(path: Path, fluid: Fluid, shape: Flume, speed: float, title: str) -> No
     water, oil = fluid.phase_positions("water"), fluid.phase_positions("oil")
     share = fluid.phase_velocities("water")[:, 0] / speed
     figure, axes = plt.subplots(figsize=(11.0, 4.2), layout="constrained")
-    size = (72.0 * 9.5 * fluid.config.particle_spacing / (shape.length * shape.draft)) ** 2
+    size = (
+        WIDTH * fluid.config.particle_spacing / (shape.length * shape.draft)
+    ) ** 2  # points2, as areas of dots are given
     dots = axes.scatter(water[:, 0], water[:, 2], c=share, s=size, cmap="coolwarm", vmin=-1.0, vmax=2.0, linewidths=0)
     axes.scatter(oil[:, 0], oil[:, 2], c="black", s=size, linewidths=0)
     foot, top = np.array([-1.0, shape.freeboard]) * shape.draft + shape.level

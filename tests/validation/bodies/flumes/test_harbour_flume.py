@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from matplotlib import image
 from booms.losses.rates import Closures
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes import harbour_flume as flume
+from tests.validation.bodies.flumes.picture import picture_file
 from tests.validation.bodies.flumes.pieces import Piece
 from tests.validation.bodies.flumes.tables import read
 from tests.validation.case import Bench
@@ -54,6 +56,12 @@ def test_a_run_in_pieces_gives_the_rows_of_a_whole_one(small: None, tmp_path: Pa
     assert len(np.unique(image.imread(picture).reshape(-1, 4), axis=0)) > 100  # water by its speed
     assert [row.speed for row in whole] == list(SPEEDS)
     np.testing.assert_equal([vars(row) for row in pieced], [vars(row) for row in whole])
+
+
+def test_a_picture_needs_the_ending_of_one() -> None:
+    assert picture_file("a/flume.png") == Path("a/flume.png")
+    with pytest.raises(argparse.ArgumentTypeError, match=r"'flume.rrd' ends in '.rrd', allowed: .*\.png"):
+        picture_file("flume.rrd")
 
 
 def test_tension_reaches_the_liquids_of_the_flume(small: None, tmp_path: Path) -> None:
