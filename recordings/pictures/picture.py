@@ -18,6 +18,7 @@ from recordings.pictures.chart import draw_map
 from recordings.pictures.scenes import render_moments
 from recordings.pictures.series import EVENT_ROW, draw_events, draw_lines
 from recordings.pictures.style import EVENT_COLORS, STYLE
+from recordings.pictures.units import shown_in
 from recordings.replay.moments import Moment, key_steps, read_moments, recorded_steps
 from recordings.replay.recording import Replay
 from recordings.sink.plots import plots_with_series
@@ -97,8 +98,10 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
         draw_events(rows[0], events, (moments[0].time, moments[-1].time))
     booms = [boom.name for boom in replay.run.exercise.booms] if replay.run.exercise else []
     for axes, (title, names) in zip(diagrams, chosen, strict=True):
-        draw_lines(axes, replay, names, booms if len(booms) > 1 else [])
-        axes.set_title(title, loc="left", fontsize=10.5)
+        own = title in replay.run.plots  # whose author has chosen the unit
+        heading, factor = (title, 1.0) if own else shown_in(title, _largest(replay, names))
+        draw_lines(axes, replay, names, booms if len(booms) > 1 else [], factor)
+        axes.set_title(heading, loc="left", fontsize=10.5)
         axes.margins(x=0.0, y=0.12)
         axes.grid(axis="y", color="#e3e8ec", linewidth=0.8)
         axes.tick_params(labelbottom=axes is rows[-1])
@@ -110,6 +113,12 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
         for event in events:
             axes.axvline(event.time, color=EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
     rows[-1].set_xlabel("simulated time [s]")
+
+
+def _largest(replay: Replay, names: Sequence[str]) -> float:
+    """Return the largest magnitude of some series; 0 if they are empty."""
+    values = np.concatenate([np.abs(replay.scalars[name].value).ravel() for name in names])
+    return float(np.nanmax(values, initial=0.0))
 
 
 def _detail(run: RunDescription) -> str:

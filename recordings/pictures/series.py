@@ -56,8 +56,8 @@ def _marks(events: Sequence[Event], apart: float) -> list[tuple[float, str, str]
     return [(time, ", ".join(map(str, numbers)), color) for time, numbers, color in found]
 
 
-def draw_lines(axes: Axes, replay: Replay, names: Sequence[str], booms: Sequence[str]) -> None:
-    """Draw series in one diagram; of several `booms`, a quantity has one colour, and a boom one style of line."""
+def draw_lines(axes: Axes, replay: Replay, names: Sequence[str], booms: Sequence[str], factor: float) -> None:
+    """Draw series times `factor` in one diagram; of several `booms`, a quantity has one colour, and a boom one style of line."""
     quantities = [_quantity(name, booms) for name in names]
     unlike = list(dict.fromkeys(quantities))
     colors = {one: _line_color(one) or f"C{place % 10}" for place, one in enumerate(unlike)}
@@ -65,7 +65,11 @@ def draw_lines(axes: Axes, replay: Replay, names: Sequence[str], booms: Sequence
     for name, quantity in zip(names, quantities, strict=True):
         series, boom = replay.scalars[name], name.removesuffix(quantity).rstrip("/")
         axes.plot(
-            series.time, series.value, linewidth=1.6, color=colors[quantity], linestyle=styles.get(boom, _STYLES[0])
+            series.time,
+            factor * series.value,
+            linewidth=1.6,
+            color=colors[quantity],
+            linestyle=styles.get(boom, _STYLES[0]),
         )
     shown = [Line2D([], [], color=colors[one], label=label) for one, label in zip(unlike, labels(unlike), strict=True)]
     drawn = [boom for boom in booms if any(name.startswith(f"{boom}/") for name in names)]

@@ -27,7 +27,7 @@ from booms.losses.slick import thickening
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes.flume import OIL_VISCOSITY, Flume, fill_flume
 from tests.validation.bodies.flumes.picture import draw, picture_file
-from tests.validation.bodies.flumes.pieces import Piece, add_options, piece_of, read_options, save, saved
+from tests.validation.bodies.flumes.pieces import Piece, add_options, piece_of, read_options, rows_of, save, saved
 from tests.validation.bodies.flumes.tables import keep, write
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, Trace, trace
 from tests.validation.scenes import WATER_DENSITY
@@ -111,8 +111,8 @@ class Series:
         self._hold: Hold | None = None
         self._state = folder / f"{oil_density:g}-{resolution}-{tension:g}{'-balanced' if balanced else ''}.pickle"
         if state := saved(self._state):
+            self.held, self.rows = state["held"], rows_of(state, Row, self._state)
             self.fluid.restore_state(state["fluid"])
-            self.held, self.rows = state["held"], [Row(**row) for row in state["rows"]]
             self._hold = Hold(**state["hold"]) if state["hold"] else None
 
     def run(self, speeds: Sequence[float] = SPEEDS, piece: Piece | None = None) -> bool:

@@ -8,7 +8,7 @@ import os
 import pickle
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from oilsim.phases import Phase, weak_depth
 from oilsim.quantity import require
 from oilsim.slick.oil import Oil
 from scenarios.oils.library import oil_named
+from tests.validation.bodies.flumes.tables import Row
 from tests.validation.scenes import GRAVITY
 
 
@@ -71,6 +72,22 @@ def save(path: Path, state: dict[str, Any]) -> None:
 def saved(path: Path) -> dict[str, Any] | None:
     """Return the state that `save` wrote, None where there is none; the file must be our own, since pickles can run code."""
     return pickle.loads(path.read_bytes()) if path.exists() else None
+
+
+def rows_of(state: dict[str, Any], kind: type[Row], path: Path) -> list[Row]:
+    """Return the rows of a saved state as `kind`, a dataclass.
+
+    Raises:
+        SystemExit: the state at `path` was saved by a version whose rows have other columns.
+    """
+    wanted = {one.name for one in fields(kind)}
+    for row in state["rows"]:
+        if unlike := sorted(wanted ^ row.keys()):
+            raise SystemExit(
+                f"{path}: saved by another version, whose rows differ in {', '.join(unlike)}, "
+                "allowed: a state of this version; remove the file to begin again, or choose another --folder"
+            )
+    return [kind(**row) for row in state["rows"]]
 
 
 def tension_of(text: str) -> float:

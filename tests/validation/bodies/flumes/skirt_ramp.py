@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tests.validation.bodies.flumes.flume import Flume, fill_flume
 from tests.validation.bodies.flumes.flume import unit_of_speed as unit_at_draft
-from tests.validation.bodies.flumes.pieces import Piece, add_options, piece_of, read_options, save, saved
+from tests.validation.bodies.flumes.pieces import Piece, add_options, piece_of, read_options, rows_of, save, saved
 from tests.validation.bodies.flumes.tables import keep
 from tests.validation.case import Bench
 
@@ -99,9 +99,9 @@ class Ramp:
         self.lost, self.strayed = set[int](), set[int]()
         self.rows: list[Row] = []
         if state and (found := saved(state)):
+            self.rows = rows_of(found, Row, state)
             self.fluid.restore_state(found["fluid"])
             self.lost, self.strayed = set(found["lost"]), set(found["strayed"])
-            self.rows = [Row(**row) for row in found["rows"]]
 
     @property
     def is_done(self) -> bool:

@@ -96,3 +96,10 @@ def test_a_spacing_that_interfaces_do_not_bear_is_refused(
         with pytest.raises(SystemExit):
             pieces.read_options(parser, 0.2)
         assert f"--resolution is {resolution}" in capsys.readouterr().err
+
+
+def test_a_state_of_another_version_is_refused_by_name() -> None:
+    path = Path("900-33-0.02.pickle")
+    assert pieces.rows_of({"rows": [{"oil": 840.0, "resolution": 33, "loss": 0.2}]}, Row, path) == [Row(840.0, 33, 0.2)]
+    with pytest.raises(SystemExit, match=r"900-33-0\.02\.pickle.*another version.*loss.*remove"):
+        pieces.rows_of({"rows": [{"oil": 840.0, "resolution": 33}]}, Row, path)
