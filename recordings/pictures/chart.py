@@ -19,6 +19,7 @@ from scipy.spatial import ConvexHull, QhullError
 from recordings import entity_paths, palette
 from recordings.exercise import GROUND
 from recordings.frame import BodyFrame, Color, MeshDescription, RunDescription
+from recordings.pictures.style import EDGE, is_light
 from recordings.replay.moments import Moment, placed_vertices
 from recordings.replay.recording import Replay, Series
 from recordings.words import cause_in_words
@@ -89,8 +90,17 @@ def _draw_key(axes: Axes, run: RunDescription, last: Moment, windows: Sequence[L
     tints = {f"{phase.name}, held or free": palette.phase_color(phase, index) for index, phase in shown}
     tints |= {f"oil {cause_in_words(cause)}": palette.cause_color(cause) for cause in lost}
     marks = [
-        Line2D([], [], color=palette.css(tint), marker="o", markersize=5, linestyle="", label=label)
-        for label, tint in tints.items()
+        Line2D(
+            [],
+            [],
+            color=tint,
+            markeredgecolor=EDGE if is_light(tint) else tint,
+            marker="o",
+            markersize=5,
+            linestyle="",
+            label=label,
+        )
+        for label, tint in {label: palette.css(tint) for label, tint in tints.items()}.items()
     ]
     axes.legend(
         handles=[*marks, *windows], fontsize=8.5, loc="lower left", framealpha=0.85, edgecolor="none"

@@ -11,13 +11,14 @@ from matplotlib.lines import Line2D
 
 from recordings import palette
 from recordings.frame import Event
-from recordings.pictures.style import EVENT_COLORS
+from recordings.pictures.style import EVENT_COLORS, edge_of_light
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels
 
 EVENT_ROW = 1.1  # height of the events, in heights of a diagram
 _NAMED_EVENTS = 4
 _EVENT_LETTERS = 88  # letters that fit above a diagram
+_WIDTH = 1.6  # [points] of a line
 _BESIDE = 0.035  # of the width: numbers of events closer than this share a mark
 _Style = Literal["-"] | tuple[float, Sequence[float]]
 _STYLES: tuple[_Style, ...] = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)))  # of booms, in turn
@@ -64,16 +65,14 @@ def draw_lines(axes: Axes, replay: Replay, names: Sequence[str], booms: Sequence
     styles = {boom: _STYLES[place % len(_STYLES)] for place, boom in enumerate(booms)}
     for name, quantity in zip(names, quantities, strict=True):
         series, boom = replay.scalars[name], name.removesuffix(quantity).rstrip("/")
+        color = colors[quantity]
         axes.plot(
-            series.time,
-            factor * series.value,
-            linewidth=1.6,
-            color=colors[quantity],
-            linestyle=styles.get(boom, _STYLES[0]),
-        )
-    shown = [Line2D([], [], color=colors[one], label=label) for one, label in zip(unlike, labels(unlike), strict=True)]
+            series.time, factor * series.value, linewidth=_WIDTH, color=color, linestyle=styles.get(boom, _STYLES[0]),
+            path_effects=edge_of_light(color, _WIDTH),
+        )  # fmt: skip
+    shown = [_key(colors[one], "-", label) for one, label in zip(unlike, labels(unlike), strict=True)]
     drawn = [boom for boom in booms if any(name.startswith(f"{boom}/") for name in names)]
-    shown += [Line2D([], [], color="#5c6b76", linestyle=styles[boom], label=boom) for boom in drawn if len(drawn) > 1]
+    shown += [_key("#5c6b76", styles[boom], boom) for boom in drawn if len(drawn) > 1]
     if len(shown) > 1 or "/" in names[0]:  # a single cause of loss needs its name, too
         letters = sum(len(str(line.get_label())) + 4 for line in shown)
         size = next(size for most, size in _LEGEND_SIZES if letters <= most)
@@ -81,6 +80,12 @@ def draw_lines(axes: Axes, replay: Replay, names: Sequence[str], booms: Sequence
             handles=shown, frameon=False, ncols=len(shown), loc="lower right", bbox_to_anchor=(1.0, 0.97), fontsize=size,
             columnspacing=1.2, handlelength=1.6, handletextpad=0.5, borderaxespad=0.2,
         )  # fmt: skip
+
+
+def _key(color: str, style: _Style, label: str) -> Line2D:
+    """Return the line that stands in a legend."""
+    effects = edge_of_light(color, _WIDTH)
+    return Line2D([], [], linewidth=_WIDTH, color=color, linestyle=style, label=label, path_effects=effects)
 
 
 def _quantity(name: str, booms: Sequence[str]) -> str:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from booms.containment import PRACTICE_SPEED
 from oilsim.physical_constants import KNOT
 from recordings import palette
+from recordings.pictures.style import EDGE
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels, plots_with_series
 from recordings.words import cause_in_words, force_in_words, force_unit
@@ -59,7 +60,8 @@ def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
         if shown:
             volumes = [factor * volume for volume, _ in shown.values()]
             colors = [color for _, color in shown.values()]
-            axes.stackplot(history.time, volumes, labels=list(shown), colors=colors, edgecolor="#ffffff", linewidth=0.4)
+            edge = {"edgecolor": EDGE, "linewidth": 0.4}  # since oil that splashed over is white
+            axes.stackplot(history.time, volumes, labels=list(shown), colors=colors, **edge)
         axes.set_ylabel(unit)
     if not causes:
         lost.text(0.5, 0.5, "no oil was lost", transform=lost.transAxes, ha="center", color="#5c6b76")

@@ -1,9 +1,12 @@
-"""Remarks on booms before a run: how finely particles resolve the skirt, how much of the section it fills, and to which side it bulges."""
+"""Remarks on booms before a run.
+
+How finely particles resolve the skirt, how much of the section it fills, to which side it bulges, and what drives the water at it.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain
 
 import numpy as np
@@ -32,6 +35,32 @@ def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str,
     text = blockage_in_words(blockage(name, scenario, level))
     if text:
         yield f"blockage {name}", f"boom {name}: {text}"
+    for forcing in _driving(scenario.booms[name], scenario):
+        yield (
+            f"driven {name} {forcing}",
+            f"boom {name}: it stands where forcing.{forcing} drives the water, also the water that it holds and shelters. "
+            "This carries oil past it that a real boom would hold. Give the forcing a zone (lower, upper) ahead of the boom",
+        )
+
+
+def _driving(boom: BoomSettings, scenario: Scenario) -> Iterator[str]:
+    """Name the waves and the current of the scenario that drive the particles at an end of the boom."""
+    forcings = {"waves": scenario.forcing.waves, "current": scenario.forcing.current}
+    for name, forcing in forcings.items():
+        if forcing is None or not scenario.run.has_particles:
+            continue
+        low, high = (
+            (forcing.lower, forcing.upper)
+            if forcing.lower and forcing.upper
+            else (scenario.tank.lower, scenario.tank.upper)
+        )
+        if any(all(low[k] <= end[k] <= high[k] for k in (0, 1)) for end in _ends(boom, scenario)):
+            yield name
+
+
+def _ends(boom: BoomSettings, scenario: Scenario) -> list[Sequence[float]]:
+    """Return the places (x, y) [m] of the ends, those of their vessels."""
+    return [scenario.vessels[end].position if isinstance(end, str) else end for end in boom.ends]
 
 
 def _bulge_in_words(boom: BoomSettings, scenario: Scenario) -> str:
@@ -64,7 +93,7 @@ def blockage(name: str, scenario: Scenario, level: float) -> float:
     if {f"-{'xy'[axis]}", f"+{'xy'[axis]}"} & set(tank.open):
         return 0.0
     vessels = [scenario.vessels[end] for end in boom.ends if isinstance(end, str)]
-    ends = [scenario.vessels[end].position if isinstance(end, str) else end for end in boom.ends]
+    ends = _ends(boom, scenario)
     opening = abs(float((np.array(ends[1]) - np.array(ends[0])) @ across))
     filled = opening * boom.skirt_depth + sum(vessel.beam * vessel.draft for vessel in vessels)
     section = (tank.upper[axis] - tank.lower[axis]) / abs(across[axis]) * (level - tank.lower[2])

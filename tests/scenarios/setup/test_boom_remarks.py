@@ -125,3 +125,22 @@ def test_check_says_which_interfacial_tension_is_assumed() -> None:
     assert assumed not in estimate(changed()).told
     assert assumed not in estimate(changed(phases__oil__oil="alaska-north-slope", booms__inlet__losses="resolved")).told
     assert assumed in estimate(changed(phases__oil__oil="alaska-north-slope", run__detail="none")).told
+
+
+@pytest.mark.parametrize(
+    ("entries", "driven"),
+    [
+        ({}, {"driven inlet current"}),  # it drives the whole tank
+        ({"forcing": {"waves": {"height": 0.1, "period": 1.5}}}, {"driven inlet waves"}),
+        ({"forcing__current": {"speed": 0.3, "lower": [0.0, 0.0, 0.0], "upper": [1.0, 4.0, 1.5]}}, set()),
+        (
+            {"forcing__current": {"speed": 0.3, "lower": [2.0, 0.0, 0.0], "upper": [4.0, 4.0, 1.5]}},
+            {"driven inlet current"},
+        ),
+    ],
+)
+def test_a_boom_in_driven_water_is_told(entries: dict[str, Any], driven: set[str]) -> None:
+    """Waves that drive the water inside a boom as well as outside carry its oil over it: 44 of 102 litres in the tow-speed ramp."""
+    told = boom_remarks(changed(**entries), 0.8)
+    assert {name for name in told if name.startswith("driven")} == driven
+    assert all("zone (lower, upper)" in told[name] for name in driven)
