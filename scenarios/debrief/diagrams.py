@@ -16,6 +16,7 @@ from booms.containment import PRACTICE_SPEED
 from oilsim.physical_constants import KNOT
 from recordings import palette
 from recordings.pictures.style import EDGE
+from recordings.pictures.units import unit_for
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels, plots_with_series
 from recordings.words import cause_in_words, force_in_words, force_unit
@@ -26,7 +27,6 @@ Array = NDArray[np.float64]
 _WIDTH = 8.6  # inches
 HELD_COLOR, _FREE = "#3b2a1a", "#c9bba7"
 _LINES = ("#1f5fa8", "#e07b20", "#4a8f4a", "#8a5aa8")
-_LITRES = 2.0  # [m3]; smaller volumes are shown in litres
 _GOLDEN = 0.618034  # of the circle of hues, by which the colours of further series differ
 
 
@@ -227,7 +227,8 @@ def finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = T
 def volume_unit(history: BoomHistory) -> tuple[float, str]:
     """Return the factor from m3, and the name, of the unit in which the page shows the volumes of a boom."""
     largest = float((history.oil["retained"] + history.oil["lost"] + history.oil["free"]).max())
-    return (1.0, "m³") if largest >= _LITRES else (1000.0, "litres")
+    name, factor = unit_for("m³", largest)
+    return factor, name
 
 
 DIAGRAMS: dict[str, Callable[[BoomHistory, Sequence[KeyMoment]], Figure | None]] = {

@@ -39,7 +39,7 @@ def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str,
         yield (
             f"driven {name} {forcing}",
             f"boom {name}: it stands where forcing.{forcing} drives the water, also the water that it holds and shelters. "
-            "This carries oil past it that a real boom would hold. Give the forcing a zone (lower, upper) ahead of the boom",
+            "This can carry oil past it that a real boom would hold. Give the forcing a zone (lower, upper) ahead of the boom",
         )
 
 
