@@ -104,16 +104,20 @@ class HeldSpeed:
 
     A flow draws oil under a skirt only if it lasts. To carry oil from the surface past the foot, the water must advance by at least about
     the skirt's depth d. A shorter swing of the boom moves the same water to and fro and draws no oil under. The speed U that matters is
-    therefore one that is held over d / U.
+    therefore one that is held over d / U. In waves boom and water swing together: there it is held over a wave's period at least, so that
+    the swing does not count as a speed through the water.
     """
 
     window: float
     _past: list[tuple[float, Array, Array]] = field(default_factory=list)
 
     @classmethod
-    def at(cls, speed: float, skirt_depth: float) -> HeldSpeed:
-        """Create the record with the window skirt_depth / speed: the time in which water at `speed` [m/s] passes that depth [m]."""
-        return cls(window=skirt_depth / speed)
+    def at(cls, speed: float, skirt_depth: float, wave_period: float = 0.0) -> HeldSpeed:
+        """Create the record with the window skirt_depth / speed: the time in which water at `speed` [m/s] passes that depth [m].
+
+        wave_period [s]: the window is no shorter; 0 without waves.
+        """
+        return cls(window=max(skirt_depth / speed, wave_period))
 
     def add(self, time: float, flow: Array) -> Array:
         """Add a sample at `time` [s] of the flow (S,) [m/s] along each normal; return the speeds held (S,) [m/s], 0 at first."""

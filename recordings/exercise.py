@@ -121,6 +121,7 @@ class ExerciseDescription:
 
     period    [m] after which the sea repeats along x and y; 0: it does not
     wind      (x, y) [m/s] at the start, towards which it blows; 0 without one
+    wave_period  [s] at the start, of a spectrum that of its peak; 0 without waves, or if it was not recorded
     criteria  what the scenario changes of the criteria of the grade, or adds to them: settings by name, for each criterion's key
     """
 
@@ -129,6 +130,7 @@ class ExerciseDescription:
     water_level: float = 0.0
     period: tuple[float, float] = (0.0, 0.0)
     wind: tuple[float, float] = (0.0, 0.0)
+    wave_period: float = 0.0
     criteria: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 

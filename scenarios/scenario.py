@@ -26,7 +26,7 @@ from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import CameraSettings, Level, RecordingSettings, RunSettings, SiteSettings
-from scenarios.schema.sea import SeaSettings, ShoreSettings
+from scenarios.schema.sea import JonswapSeaWaves, SeaSettings, ShoreSettings
 from scenarios.schema.training import ExerciseSettings
 from scenarios.schema.weather import ForcingSettings
 from scenarios.schema.window import WindowTable
@@ -89,6 +89,15 @@ class Scenario(Section):
     def period(self) -> tuple[float, float]:
         """Length [m] after which the water repeats along x and y; 0 along an axis on which it does not, as that of a sea by formulas."""
         return self.tank.period if self.run.has_particles else (0.0, 0.0)
+
+    @property
+    def wave_period(self) -> float:
+        """Period [s] of the waves, of a spectrum that of its peak, as seen from the water; 0 without waves."""
+        weather = self.forcing if self.run.has_particles else self.sea
+        waves = None if weather is None else weather.waves
+        if waves is None:
+            return 0.0
+        return waves.peak_period if isinstance(waves, JonswapSeaWaves) else waves.period
 
     @property
     def coarsest_spacing(self) -> float | None:

@@ -38,6 +38,7 @@ class BoomHistory:
     tow_speed     (N,) [m/s] through the water, mean of the vessels
     current       (N, 2) [m/s]
     water_level   [m]
+    wave_period   [s] at the start; 0 without waves
     series        all series of the recording by name, of several booms those of this one without its name
     """
 
@@ -52,6 +53,7 @@ class BoomHistory:
     held_peak: Array | None
     oil: Mapping[str, Array]
     tow_speed: Array
+    wave_period: float = 0.0
     series: Mapping[str, Series] = field(default_factory=dict)
 
     @cached_property
@@ -61,8 +63,8 @@ class BoomHistory:
 
     @property
     def hold_time(self) -> float:
-        """Time [s] for which a speed must last to count as held: water at 0.7 knots passes the skirt's depth in it."""
-        return HeldSpeed.at(PRACTICE_SPEED, self.boom.skirt_depth).window
+        """Time [s] for which a speed must last to count as held: water at 0.7 knots passes the skirt's depth in it, or a wave passes."""
+        return HeldSpeed.at(PRACTICE_SPEED, self.boom.skirt_depth, self.wave_period).window
 
     @cached_property
     def held_speed(self) -> Array:
@@ -184,6 +186,7 @@ def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
             [series.get(f"current/{axis}", still + exercise.current[k]) for k, axis in enumerate("xy")], 1
         ),
         water_level=exercise.water_level,
+        wave_period=exercise.wave_period,
         tension=np.stack([segment.tension[:count] for segment in segments], axis=1),
         tow_tension=_beginning_with("tow_tension/", series),
         tow_peak=_beginning_with("tow_tension/", worst),

@@ -124,6 +124,7 @@ def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> 
         water_level=water_level,
         period=scenario.period,
         wind=(blow[0], blow[1]),
+        wave_period=scenario.wave_period,
         criteria=as_data(scenario.criteria),
     )
 

@@ -61,7 +61,9 @@ class BoomScore:
         self._tension_joints = dict(tensions)
         self._tensions = {end: TensionRecord() for end in tensions}
         self._losses = LossSpeeds()
-        self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth)
+        waves = scenario.wave_period
+        self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth, waves)
+        self._towed = HeldSpeed(window=waves) if waves else None  # vessels swing in waves, too
         self._area = np.array(settings.area)
         self._oil_in_area: float | None = None  # [m3]
         self._held_back = 0.0  # [m3]
@@ -122,7 +124,7 @@ class BoomScore:
         self.held_speed = held = float(self._held.add(time, state.normal_flow(current)).max())
         step = 0.0 if self._time is None else time - self._time
         self._time = time
-        speed = self._tow_speed(world, current)
+        speed = self._tow_speed(time, world, current)
         series = report.scalars() | {"metrics/tow_speed": speed}
         series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
         self._held_back = self._put_back(slick)
@@ -240,10 +242,14 @@ class BoomScore:
             flow_share=self._layout.boom.flow_shares,
         )
 
-    def _tow_speed(self, world: RigidBodyWorld, current: Array) -> float:
-        """Compute the mean speed [m/s] of the towing vessels through the water."""
-        speeds = [float(np.linalg.norm(world.twist(name)[:2] - current[:2])) for name in self._vessels]
-        return float(np.mean(speeds)) if speeds else float(np.linalg.norm(current[:2]))
+    def _tow_speed(self, time: float, world: RigidBodyWorld, current: Array) -> float:
+        """Compute the mean speed [m/s] of the towing vessels through the water; in waves the mean over a wave's period."""
+        if not self._vessels:
+            return float(np.linalg.norm(current[:2]))
+        relative = np.array([world.twist(name)[:2] - current[:2] for name in self._vessels])
+        if self._towed is not None:
+            relative = self._towed.add(time, relative)
+        return float(np.linalg.norm(relative, axis=1).mean())
 
     def _pull(self, world: RigidBodyWorld, duration: float) -> dict[str, float]:
         """Return the tow tension [N] at each end, which acted for `duration` [s], and its peak."""
@@ -279,6 +285,7 @@ class BoomScore:
             "tensions": {end: asdict(record) for end, record in self._tensions.items()},
             "losses": asdict(self._losses),
             "held": asdict(self._held),
+            "towed": None if self._towed is None else asdict(self._towed),
             "time": self._time,
             "worst": dict(self._worst),
             "told": sorted(self._told),
@@ -296,6 +303,7 @@ class BoomScore:
         self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
+        self._towed = None if saved["towed"] is None else HeldSpeed(**deepcopy(saved["towed"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
         self._told, self._notices = set(saved["told"]), []
         self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]

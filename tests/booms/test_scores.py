@@ -157,3 +157,15 @@ def test_held_speed_goes_on_from_its_saved_account():
         held.add(0.1 * k, np.array([0.1 * k]))
     other = HeldSpeed(**asdict(held))
     assert other.add(3.0, np.array([3.0])) == held.add(3.0, np.array([3.0])) == pytest.approx(2.5)
+
+
+def test_a_boom_that_swings_with_the_waves_is_as_fast_as_it_is_towed():
+    """0.3 m/s of tow and a swing of 0.3 m/s with the waves' 4 s: the mean over a wave is the tow, the mean over 1.4 s is not."""
+    times = 0.1 * np.arange(200)
+    flow = 0.3 + 0.3 * np.sin(0.5 * np.pi * times)
+    calm, in_waves = HeldSpeed.at(0.36, 0.5), HeldSpeed.at(0.36, 0.5, wave_period=4.0)
+    speeds = np.array(
+        [[held.add(t, np.array([u]))[0] for held in (calm, in_waves)] for t, u in zip(times, flow, strict=True)]
+    )
+    assert speeds[50:, 1] == pytest.approx(0.3, abs=1e-3)
+    assert speeds[50:, 0].max() > 0.5

@@ -64,15 +64,18 @@ class FloatingOilFlow:
 
 
 class WaterFlow:
-    """The mean motion of the water at a depth [m], by which it runs against booms: current and drift of the wind."""
+    """The motion of the water at a depth [m] below the surface, by which it runs against booms: current, drift of the wind, waves.
+
+    A boom rides the waves, and so does the water before it. So its speed through the water holds the waves' orbital velocity, too.
+    """
 
     def __init__(self, sea: Sea, depth: float) -> None:
         self._sea, self._depth = sea, depth
 
     def surface_velocity(self, points_xy: Array, time: float) -> Array:
-        """Return the velocity (N, 2) [m/s] at points (N, 2) [m], the same everywhere."""
-        current = self._sea.current(self._sea.description.level - self._depth, time)
-        return np.tile(current + self._sea.wind_drift(self._depth, time), (len(points_xy), 1))
+        """Return the velocity (N, 2) [m/s] at points (N, 2) [m]."""
+        deep = self._sea.elevation(points_xy, time) - self._depth
+        return self._sea.velocity(np.column_stack([points_xy, deep]), time)[:, :2]
 
 
 def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) -> SlickParticipant | None:

@@ -50,6 +50,7 @@ SPACINGS = {
     "still-column": 0.1,
     "sweep-200m": 0.25,
     "tow-speed-ramp": 0.125,
+    "tow-speed-trial": 0.25,
     "two-layer": 0.1,
     "u-sweep": 0.125,
     "v-sweep": 0.25,
