@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, beside, signed_distance
+from booms.losses.accumulation import VISCOUS_LIMIT
+from booms.losses.lean import PLANING_ANGLE
 from oilsim.physical_constants import HOUR, NAUTICAL_MILE
 from oilsim.slick.loss_cause import CAUSES, LossCause
 
@@ -44,9 +46,7 @@ class ContainmentOptions:
 
     skirt_depth, freeboard [m] of the boom at its design waterline; particle_volume [m3]; hysteresis [m]: how far past
     the boom's line a particle must be to count as lost, or as back inside; one particle spacing is sensible.
-    entrainment_speed [m/s] normal to the boom: 0.7 knots in practice; at a model scale, sqrt(scale) times that.
-    viscous_limit [m2/s]: kinematic viscosity above which oil fails by critical accumulation (3000 cSt).
-    planing_angle [rad]: lean of the skirt from which the boom is said to plane.
+    entrainment_speed [m/s] normal to the boom: 0.7 knots in practice, whatever the size of the boom.
     period [m] of the sea along x and y, 0 along an axis on which it does not repeat: inside is inside across its periodic sides.
 
     Raises ValueError for a size, volume or entrainment speed that is not above 0.
@@ -58,8 +58,6 @@ class ContainmentOptions:
     hysteresis: float
     kinematic_viscosity: float = 0.0
     entrainment_speed: float = PRACTICE_SPEED
-    viscous_limit: float = 3000e-6
-    planing_angle: float = math.radians(45.0)
     period: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -154,8 +152,8 @@ class ContainmentTracker:
     and becomes final when the particle is lost:
 
     - across the gap: AROUND_ENDS;
-    - under the skirt's foot, by the first rule that applies: PLANING, if the skirt leans more than planing_angle;
-      CRITICAL_ACCUMULATION, if the oil is more viscous than viscous_limit; DRAINAGE, if retained oil reaches down to the foot or the speed
+    - under the skirt's foot, by the first rule that applies: PLANING, if the skirt leans more than 45 degrees;
+      CRITICAL_ACCUMULATION, if the oil is more viscous than 3000 cSt; DRAINAGE, if retained oil reaches down to the foot or the speed
       normal to the segment is below the entrainment speed; else ENTRAINMENT;
     - higher up: SUBMERGENCE, if the segment's top is below the still-water level; SPLASH_OVER, if the particle is above the top; else
       THROUGH (a leak at a joint).
@@ -384,10 +382,10 @@ def _causes(
     grace = 0.5 * options.hysteresis
     drains = (crossings.pool_bottom <= foot + grace) | (boom.normal_speed(current)[segment] < options.entrainment_speed)
     under = crossings.height <= foot + grace
-    viscous = options.kinematic_viscosity > options.viscous_limit
+    viscous = options.kinematic_viscosity > VISCOUS_LIMIT
     rules = [
         (crossings.edge >= len(boom.position), LossCause.AROUND_ENDS),
-        (under & (boom.skirt_angle()[segment] > options.planing_angle), LossCause.PLANING),
+        (under & (boom.skirt_angle()[segment] > PLANING_ANGLE), LossCause.PLANING),
         (under & viscous, LossCause.CRITICAL_ACCUMULATION),
         (under & drains, LossCause.DRAINAGE),
         (under, LossCause.ENTRAINMENT),

@@ -41,8 +41,13 @@ class LossBudgets:
         """Add the closures' losses (causes, S) [m3] of `duration` [s], and the particles' own losses there in that time."""
         self.owed[self.owed < 0.0] *= np.exp(-duration / WINDOW)
         for row, way in enumerate(WAYS):
-            self.owed[row] += closure[list(way)].sum(axis=0) - resolved[list(way)].sum(axis=0)
-        self._claims += closure
+            causes = list(way)
+            paid = resolved[causes].sum(axis=0)
+            self.owed[row] += closure[causes].sum(axis=0) - paid
+            claims = self._claims[causes] + closure[causes]
+            whole = np.maximum(claims, 0.0).sum(axis=0)
+            left = 1.0 - np.minimum(np.divide(paid, whole, out=np.zeros_like(whole), where=whole > 0.0), 1.0)
+            self._claims[causes] = np.where(claims > 0.0, left * claims, claims)
 
     def due(self, segment: int, way: int) -> LossCause | None:
         """Return the cause by which a particle of a segment is due on a way out; None where less than a particle is owed."""

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState, signed_distance
 from booms.containment import ContainmentTracker, Standing
 from booms.losses.budgets import LossBudgets
-from booms.losses.lean import effective_draft
+from booms.losses.lean import PLANING_ANGLE, effective_draft
 from booms.losses.liquids import OilOnWater, mixed
 from booms.losses.rates import Closures, Drivers
 from booms.losses.slick import front_thickness
@@ -238,7 +238,7 @@ class ClosureLosses:
         """Put particles that were lost under the foot in excess of the closures back before the skirt, where it stands."""
         boom, under = self._boom, WAYS.index(UNDER_FOOT)
         fresh &= np.isin(standing.cause, UNDER_FOOT) & np.isin(standing.ids, fluid.particles.id)
-        stands = (drivers.draft > STANDING * boom.closures.skirt_depth) & (drivers.lean < boom.closures.planing_angle)
+        stands = (drivers.draft > STANDING * boom.closures.skirt_depth) & (drivers.lean < PLANING_ANGLE)
         for particle, segment in zip(standing.ids[fresh], standing.segment[fresh].astype(np.int64), strict=True):
             if not (stands[segment] and self._budgets.is_overdrawn(segment, under)):
                 continue

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from booms.losses.liquids import OilOnWater
-from booms.losses.slick import FRICTION, boom_thickness, front_thickness, slick_length
+from booms.losses.slick import boom_thickness, front_thickness, slick_length
 from booms.scores import droplet_onset_speed
 from oilsim.physical_constants import GRAVITY
 
@@ -45,9 +45,9 @@ def interface_wavelength(oil: OilOnWater) -> float:
     return 2.0 * math.pi * math.sqrt(oil.interfacial_tension / weight)
 
 
-def onset_speed(oil: OilOnWater, ratio: float = ONSET_RATIO) -> float:
+def onset_speed(oil: OilOnWater) -> float:
     """Compute the speed from which droplets are lost, U_e = C_1 U_KH [m/s]."""
-    return ratio * droplet_onset_speed(oil.oil_density, oil.water_density, oil.interfacial_tension)
+    return ONSET_RATIO * droplet_onset_speed(oil.oil_density, oil.water_density, oil.interfacial_tension)
 
 
 def largest_drop(speed: ArrayLike, oil: OilOnWater) -> Array:
@@ -69,33 +69,35 @@ def rise_speed(diameter: ArrayLike, oil: OilOnWater) -> Array:
     return np.asarray(rise)
 
 
-def escaping_share(
-    speed: ArrayLike, held: ArrayLike, draft: ArrayLike, oil: OilOnWater, friction: float = FRICTION
-) -> Array:
+def escaping_share(speed: ArrayLike, held: ArrayLike, draft: ArrayLike, oil: OilOnWater) -> Array:
     """Compute the share of droplets that the slick does not catch again, phi = exp(-w L / (U (d - h_b))) [-].
 
     speed U (S,) [m/s], above 0; held V' (S,) [m2]; draft d (S,) [m] of the skirt as built: the depth over which droplets are spread. The
     draft of a leaning skirt would let fewer droplets out, which nobody has seen. Where the slick reaches the foot, all drops that
     rise at all are caught.
     """
-    length = slick_length(speed, held, oil, friction)
-    water = np.maximum(np.asarray(draft) - boom_thickness(speed, held, oil, friction), 1e-6)
+    length = slick_length(speed, held, oil)
+    water = np.maximum(np.asarray(draft) - boom_thickness(speed, held, oil), 1e-6)
     rise = rise_speed(MEAN_SIZE * largest_drop(speed, oil), oil)
     return np.asarray(np.exp(-rise * length / (np.asarray(speed) * water)))
 
 
-def head_share(speed: ArrayLike, held: ArrayLike, oil: OilOnWater, friction: float = FRICTION) -> Array:
+def head_share(speed: ArrayLike, held: ArrayLike, depth: ArrayLike, oil: OilOnWater) -> Array:
     """Return how much of a head wave the slick has, min(1, L / (5 h_b)) (S,) [-]; a little oil has little head. Form assumed.
 
-    speed U (S,) [m/s]; held V' (S,) [m2].
+    speed U (S,) [m/s]; held V' (S,) [m2]; depth d (S,) [m] of the skirt: oil below its foot is not held up, so h_b counts as d at most,
+    and the slick is V' / d long at least.
     """
-    thickness = boom_thickness(speed, held, oil, friction)
-    length = slick_length(speed, held, oil, friction)
+    thickness = np.minimum(boom_thickness(speed, held, oil), depth)
+    length = np.maximum(slick_length(speed, held, oil), np.asarray(held) / depth)
     whole = WHOLE_HEAD * thickness
     return np.asarray(np.minimum(1.0, np.divide(length, whole, out=np.zeros_like(length), where=whole > 0.0)))
 
 
-def entrainment_rate(speed: ArrayLike, oil: OilOnWater, *, ratio: float = ONSET_RATIO, rate: float = RATE) -> Array:
-    """Compute the oil that is torn off, q = C_e (U - U_e) h_f [m2/s per metre of front], before recapture; speed U (S,) [m/s]."""
-    excess = np.maximum(0.0, np.asarray(speed) - onset_speed(oil, ratio))
-    return np.asarray(rate * excess * front_thickness(speed, oil))
+def entrainment_rate(speed: ArrayLike, depth: ArrayLike, oil: OilOnWater) -> Array:
+    """Compute the oil that is torn off, q = C_e (U - U_e) h_f [m2/s per metre of front], before recapture.
+
+    speed U (S,) [m/s]; depth d (S,) [m] of the skirt, as which h_f counts at most.
+    """
+    excess = np.maximum(0.0, np.asarray(speed) - onset_speed(oil))
+    return np.asarray(RATE * excess * np.minimum(front_thickness(speed, oil), depth))

@@ -26,13 +26,3 @@ def overflow_rate(freeboard: ArrayLike, thickness: ArrayLike) -> Array:
     depth = np.maximum(0.0, -np.asarray(freeboard, np.float64))
     share = np.minimum(1.0, np.divide(thickness, depth, out=np.ones_like(depth), where=depth > 0.0))
     return np.asarray(WEIR * depth**1.5 * share)
-
-
-def overtopped_share(freeboard: float, wave_height: float, relative_heave: float) -> float:
-    """Compute the share of waves that top a boom, exp(-2 (F / (R Hs))^2) [-] (Rayleigh waves): a check of resolved runs.
-
-    freeboard F [m]; significant wave height Hs [m]; relative heave R [-], 0 for a boom that follows the waves, 1 for a fixed one.
-    """
-    if relative_heave == 0.0:
-        return 0.0
-    return float(np.exp(-2.0 * (freeboard / (relative_heave * wave_height)) ** 2))

@@ -29,35 +29,26 @@ def front_thickness(speed: ArrayLike, oil: OilOnWater) -> Array:
     return np.asarray(np.square(speed) / (2.0 * oil.reduced_gravity))
 
 
-def thickening(speed: ArrayLike, oil: OilOnWater, friction: float = FRICTION) -> Array:
+def thickening(speed: ArrayLike, oil: OilOnWater) -> Array:
     """Compute K = C_f (rho_w / rho_o) U^2 / g' [m], by which h^2 grows for each metre behind the front; speed U (S,) [m/s]."""
     ratio = oil.water_density / oil.oil_density
-    return np.asarray(friction * ratio * np.square(speed) / oil.reduced_gravity)
+    return np.asarray(FRICTION * ratio * np.square(speed) / oil.reduced_gravity)
 
 
-def boom_thickness(speed: ArrayLike, held: ArrayLike, oil: OilOnWater, friction: float = FRICTION) -> Array:
+def boom_thickness(speed: ArrayLike, held: ArrayLike, oil: OilOnWater) -> Array:
     """Compute the thickness at the boom, h_b = (h_f^3 + 3/2 K V')^(1/3) [m].
 
     speed U (S,) [m/s]; held V' (S,) [m2], oil per metre of front: the integral of h over the slick is 2 (h_b^3 - h_f^3) / (3 K).
     """
     front = front_thickness(speed, oil)
-    return np.asarray(np.cbrt(front**3 + 1.5 * thickening(speed, oil, friction) * np.asarray(held)))
+    return np.asarray(np.cbrt(front**3 + 1.5 * thickening(speed, oil) * np.asarray(held)))
 
 
-def slick_length(speed: ArrayLike, held: ArrayLike, oil: OilOnWater, friction: float = FRICTION) -> Array:
+def slick_length(speed: ArrayLike, held: ArrayLike, oil: OilOnWater) -> Array:
     """Compute the length of the slick before the boom, L = (h_b^2 - h_f^2) / K [m]; 0 without flow or oil.
 
     speed U (S,) [m/s]; held V' (S,) [m2].
     """
-    front, growth = front_thickness(speed, oil), thickening(speed, oil, friction)
-    rise = boom_thickness(speed, held, oil, friction) ** 2 - front**2
+    front, growth = front_thickness(speed, oil), thickening(speed, oil)
+    rise = boom_thickness(speed, held, oil) ** 2 - front**2
     return np.asarray(np.divide(rise, growth, out=np.zeros_like(rise), where=growth > 0.0))
-
-
-def capacity(speed: ArrayLike, thickness: ArrayLike, oil: OilOnWater, friction: float = FRICTION) -> Array:
-    """Compute the oil per metre of front that is `thickness` (S,) [m] thick at the boom, V' = (h^3 - h_f^3) / (1.5 K) [m2].
-
-    speed U (S,) [m/s], above 0. The result is 0 where the front alone is thicker.
-    """
-    front, growth = front_thickness(speed, oil), thickening(speed, oil, friction)
-    return np.asarray(np.maximum(0.0, np.asarray(thickness) ** 3 - front**3) / (1.5 * growth))

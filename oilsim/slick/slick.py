@@ -206,7 +206,7 @@ class Slick:
             self.losses.gone[LossCause.AROUND_ENDS] += lose_around_ends(parcels, barriers, gone)
         self.pools = self._measure(relative)
         arrange(parcels, barriers, self.pools, duration, friction)
-        self.losses.add(loss_rate(self.pools), self.pools, duration)
+        self.losses.add(loss_rate(self.pools), self.pools, barriers, duration)
         changed = release_slack(parcels, self.pools)
         if self.losses.carry_out(parcels, barriers, self.pools.volume, self.settings.loss_volume) or changed:
             self.pools = self._measure(relative)

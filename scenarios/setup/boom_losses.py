@@ -27,11 +27,7 @@ def closure_losses(scenario: Scenario, boom: str, layout: BoomLayout) -> Closure
         LostBoom(
             closures=Closures(
                 skirt_depth=settings.skirt_depth,
-                resolution=Resolution(
-                    spacing=spacing,
-                    skirt_depth=settings.skirt_depth,
-                    tension_acts=scenario.fluid.interfacial_tension,
-                ),
+                resolution=Resolution(spacing=spacing, skirt_depth=settings.skirt_depth),
             ),
             oils=oils_of(scenario),
             waters=[name for name, phase in scenario.phases.items() if not phase.is_oil],

@@ -80,7 +80,7 @@ def test_only_the_water_that_goes_under_a_net_takes_oil_along() -> None:
     thickness, below = boom_thickness(speed, held, THICK), (1.0 - NET.through_share) * speed
     share = skirt[LossCause.CRITICAL_ACCUMULATION] / accumulation_rate(speed, thickness, THICK)
     assert net[LossCause.CRITICAL_ACCUMULATION] == pytest.approx(share * accumulation_rate(below, thickness, THICK))
-    drained = drainage_rate(thickness, held_thickness(below, np.array([0.6]), THICK), THICK)
+    drained = drainage_rate(below, thickness, held_thickness(below, np.array([0.6]), THICK), 0.6, THICK)
     assert net[LossCause.DRAINAGE] == pytest.approx(share * drained)
     assert net[LossCause.THROUGH] == pytest.approx(seepage_rate(speed, thickness, NET, THICK))
     assert skirt[LossCause.THROUGH] == 0.0

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from booms.losses.closure_losses import STANDING
-from booms.losses.rates import Closures
+from booms.losses.lean import PLANING_ANGLE
 from booms.losses.resolution import Resolution
 from coupling.assembly import FLUID, CoupledBodies, couple_participant
 from coupling.participants.rigid_bodies import Asked
@@ -101,7 +101,7 @@ def _coarse_skirts(spacing: float, slick: SlickParticipant, booms: Mapping[str, 
         skirt = boom.skirt_depth
         if boom.losses == "closures" and not Resolution(spacing=spacing, skirt_depth=skirt).drainage:
             depth[slick.slick.barriers.rows(name)] = skirt
-    return CoarseSkirts(depth, STANDING, Closures.planing_angle)
+    return CoarseSkirts(depth, STANDING, PLANING_ANGLE)
 
 
 def middle_of(segments: Sequence[str]) -> list[str]:

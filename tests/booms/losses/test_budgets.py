@@ -97,3 +97,16 @@ def test_budgets_go_on_from_a_saved_state():
         budgets.add(losses(LossCause.ENTRAINMENT, 0.9 * VOLUME, 3), np.zeros((len(LossCause), 3)), 0.1)
     assert paid(first, 3) == paid(second, 3)
     assert np.array_equal(first.owed, second.owed)
+
+
+def test_what_particles_paid_gives_no_later_loss_its_cause():
+    """Drainage that particles carried out by themselves is settled: what entrainment owes afterwards is named entrainment."""
+    budgets = owing()
+    budgets.add(losses(LossCause.DRAINAGE, 10.0 * VOLUME), losses(LossCause.DRAINAGE, 10.0 * VOLUME), 0.1)
+    budgets.add(losses(LossCause.ENTRAINMENT, 20.0 * VOLUME), losses(LossCause.ENTRAINMENT, 0.0), 0.1)
+    named = []
+    while (cause := budgets.due(0, UNDER)) is not None:
+        budgets.pay(0, UNDER, cause)
+        named.append(cause)
+    assert set(named) == {LossCause.ENTRAINMENT}
+    assert len(named) == 20
