@@ -58,6 +58,7 @@ RUNS: dict[str, list[str]] = {
         "235",
     ],
     "tow-speed-ramp": ["--demo"],
+    "tow-speed-trial": [],
 }
 
 

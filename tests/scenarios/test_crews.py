@@ -104,7 +104,8 @@ def graded(name: str, settings: tuple[str, ...], boom: str, folder: Path) -> Gra
     """Run an exercise with a crew's settings, and grade a boom as the debrief does."""
     scenario = load_scenario(name, overrides=["recording.checkpoint_interval=0", *settings]).scenario
     record = folder / "run.rrd"
-    assert run_scenario(scenario, options=RunOptions(record=record), console=Console(quiet=True)) == 0
+    options = RunOptions(record=record, overwrite=True)  # each crew in the place of the one before
+    assert run_scenario(scenario, options=options, console=Console(quiet=True)) == 0
     history = next(one for one in boom_histories(Replay(record)) if one.boom.name == boom)
     return grade(history, scenario.criteria)
 
@@ -116,7 +117,6 @@ def test_the_good_crew_passes_and_the_bad_one_misses_what_the_exercise_teaches(n
     crews = CREWS[name]
     good = graded(name, crews.good, crews.boom, tmp_path)
     assert good.letter in PASSED, [(f.criterion.key, f.value, f.verdict) for f in good.findings]
-    (tmp_path / "run.rrd").unlink()
     bad = graded(name, crews.bad, crews.boom, tmp_path)
     found = {finding.criterion.key: finding.verdict for finding in bad.findings}
     assert found[crews.missed] == "missed", [(f.criterion.key, f.value, f.verdict) for f in bad.findings]

@@ -113,8 +113,9 @@ def test_words_on_a_skirt_follow_from_its_particles_and_from_closures() -> None:
     alone = [skirt_in_words(0.25, spacing, has_closures=False) for spacing in (0.1, 0.02, 0.005)]
     closed = [skirt_in_words(0.25, spacing, has_closures=True) for spacing in (0.1, 0.02, 0.005)]
     assert "loss speeds, lost volumes, draft and tension are not to be trusted" in alone[0]
-    assert "loss speeds come out too high" in alone[1]
-    assert alone[2] == closed[2]
+    assert "for most skirts too high" in alone[1]
+    assert all("particles decide what drains" in words for words in (alone[2], closed[2]))
+    assert "droplets are modelled" in closed[2]
     assert all("the speed of the first loss is modelled" in words for words in closed[:2])
 
 
