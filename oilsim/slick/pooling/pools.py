@@ -7,8 +7,8 @@ its segment, never beyond another barrier, and moves to its place no faster than
 
     v = U_t - rho_o g' d(h_b^2)/ds / (rho_w C_f |U|),
 
-where the second term is at most (g' h_b)^(1/2). So oil gathers in the apex of a U until it is thick enough to lean back. Beyond a joint it
-goes on in the next pool; beyond a free end it is lost around the end.
+where the second term is at most (g' h_b)^(1/2). So oil gathers in the apex of a U until it is thick enough to lean back. A pool's
+parcels lie evenly along its segment about their middle, which slides. Beyond a joint a parcel goes on in the next pool; beyond a free end it is lost around the end.
 """
 
 from __future__ import annotations
@@ -131,7 +131,25 @@ def slide(
     carried = np.einsum("sk,sk->s", relative, lines.way) / lines.length
     gone = np.empty(len(held.rows), np.bool_)
     slide_parcels(held, lines, carried, _slope_speeds(pools, barriers, friction, duration), duration, gone)
+    _even_out(parcels, held.rows[~gone], barriers, pools, duration)
     return np.asarray(held.rows[gone])
+
+
+def _even_out(parcels: Parcels, rows: Rows, barriers: Barriers, pools: Pools, duration: float) -> None:
+    """Spread the parcels of each pool (rows (M,)) evenly about their middle, in their order, as fast as a gravity current, for `duration` [s].
+
+    A pool has one thickness, so its oil lies evenly. (Parcels that gathered at a joint went over it all at once, and to and fro.)
+    """
+    pool, volume = pool_of(parcels, rows), parcels.volume[rows]
+    order = np.lexsort((parcels.id[rows], parcels.along[rows], pool))
+    rows, pool, volume = rows[order], pool[order], volume[order]
+    total = sums(pool, volume, len(pools.volume))
+    before = np.cumsum(volume) - 0.5 * volume - (np.cumsum(total) - total)[pool]
+    middle = sums(pool, volume * parcels.along[rows], len(total)) / np.where(total > 0.0, total, 1.0)
+    wanted = np.clip(before / total[pool] - 0.5 + middle[pool], 0.0, 1.0) - parcels.along[rows]
+    wave = np.sqrt(np.maximum(reduced_gravity(pools.density, pools.water_density) * pools.thickness, 0.0))
+    farthest = (wave * duration / pools.length)[pool]
+    parcels.along[rows] += np.clip(wanted, -farthest, farthest)
 
 
 def _aims(barriers: Barriers, pools: Pools, duration: float, friction: float) -> Aims:
