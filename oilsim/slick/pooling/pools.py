@@ -8,8 +8,8 @@ its segment, never beyond another barrier, and moves to its place no faster than
     v = U_t - rho_o g' d(h_b^2)/ds / (rho_w C_f |U|),
 
 where the second term is at most (g' h_b)^(1/2). So oil gathers in the apex of a U until it is thick enough to lean back. A pool's
-parcels lie evenly along its segment about their middle, which slides. Beyond a joint a parcel goes on in the next pool; beyond a free end it
-is lost around the end.
+parcels lie evenly along its segment about their middle, which slides. Beyond a joint a parcel goes on in the next pool; beyond a free end
+it is lost around the end.
 """
 
 from __future__ import annotations
@@ -139,7 +139,8 @@ def slide(
 def _even_out(parcels: Parcels, rows: Rows, barriers: Barriers, pools: Pools, duration: float) -> None:
     """Spread the parcels of each pool (rows (M,)) evenly about their middle, as fast as a gravity current, for `duration` [s].
 
-    They keep their order. A pool has one thickness, so its oil lies evenly. (Parcels that gathered at a joint went over it all at once, and to and fro.)
+    They keep their order. A pool has one thickness, so its oil lies evenly.
+    (Parcels that gathered at a joint went over it all at once, and to and fro.)
     """
     pool, volume = pool_of(parcels, rows), parcels.volume[rows]
     order = np.lexsort((parcels.id[rows], parcels.along[rows], pool))
