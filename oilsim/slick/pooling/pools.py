@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 LEAST_FRONT = 0.1
 # [1] largest mobility times h_b^2 dt / length^2 of a pool's slope; numerical; theory of explicit diffusion allows 0.375
 STABLE_SLOPE = 0.25
+# [h_b] length of a pool from which on its head is whole; assumed; the same as in `booms.losses.entrainment`
+HEAD_LENGTH = 5.0
 
 
 def pool_of(parcels: Parcels, rows: Rows) -> Rows:
@@ -103,7 +105,13 @@ def release_slack(parcels: Parcels, pools: Pools) -> bool:
 
 
 def _slope_speeds(pools: Pools, barriers: Barriers, friction: float, duration: float) -> Array:
-    """Speeds (P, 2) [m/s] along each segment by the pool's slope, at its start and its end; positive towards its end."""
+    """Speeds (P, 2) [m/s] along each segment by the pool's slope, at its start and its end; positive towards its end.
+
+    A little oil has little head: its thickness counts by the share L / (5 h_b) of a head, as in the closures. Else the first oil that came
+    to an apex would be pushed out of it.
+    """
+    whole = HEAD_LENGTH * pools.thickness
+    head = np.minimum(1.0, np.divide(pools.reach, whole, out=np.zeros_like(whole), where=whole > 0.0)) * pools.thickness
     speeds = np.zeros((len(pools.segment), 2))
     oil = np.flatnonzero((pools.volume > 0.0) & (pools.normal_speed > 0.0))
     weaker = reduced_gravity(pools.density[oil], pools.water_density)
@@ -114,9 +122,9 @@ def _slope_speeds(pools: Pools, barriers: Barriers, friction: float, duration: f
     for end, tied in enumerate((barriers.preceding, barriers.following)):
         other = tied[pools.segment[oil]]
         beyond = 2 * other + (pools.side[oil] < 0)
-        there = np.where(other >= 0, pools.thickness[beyond], 0.0)
+        there = np.where(other >= 0, head[beyond], 0.0)
         span = 0.5 * (pools.length[oil] + np.where(other >= 0, pools.length[beyond], 0.0))
-        fall = (pools.thickness[oil] ** 2 - there**2) / span
+        fall = (head[oil] ** 2 - there**2) / span
         speeds[oil, end] = (2 * end - 1) * np.clip(mobility * fall, -wave, wave)
     return speeds
 
