@@ -44,7 +44,7 @@ def test_a_boom_that_the_waves_carry_meets_no_water(sea: Sea) -> None:
             time = k * step
             if carried:
                 x += step * float(flow.surface_velocity(np.array([[x, 0.0]]), time + 0.5 * step)[0, 0])
-            slick.move("main", line + [x, 0.0])
+            slick.move("main", line + np.array([x, 0.0]))
             met.append(float(np.abs(slick.relative_velocity(flow, time, step)).max()))
             slick.step(flow, time, step)
         largest[carried] = max(met)
