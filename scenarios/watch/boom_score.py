@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-RESTED = (
-    5.0  # [s] below its limit, beside the held speed's window, after which a rise of that speed is told anew; chosen
-)
+# [s] below its limit, beside the held speed's window, after which a rise of that speed is told anew; chosen: not in each wave
+RESTED = 5.0
+LASTS = 3.0  # windows of the held speed above its limit from which on it is no swing; chosen by the start-up swings of booms
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class BoomScore:
         self._berth = settings.berth
         self._has_tide = scenario.sea is not None and scenario.sea.tide is not None
         self.held_speed = 0.0  # [m/s] largest along the boom that is held now
-        self._slow_since: float | None = None  # [s] from when on that speed is below its limit; None while it is not
+        self._fast, self._crossed = False, 0.0  # whether that speed is above its limit, and since when [s]
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
         self._notices: list[Notice] = []
@@ -197,16 +197,21 @@ class BoomScore:
         return notices
 
     def _announce_speed(self, time: float, held: float) -> None:
-        """Announce that the `held` speed [m/s] is above its limit, in each rise that follows on a rest below it."""
-        normal = f"water has run against the boom at more than 0.7 kn (normal to it) for {self._held.window:.2g} s"
-        if held > PRACTICE_SPEED:
-            self._slow_since = None
-            self._tell_once("too fast", True, normal)
-            return
-        if self._slow_since is None:
-            self._slow_since = time
-        if time - self._slow_since >= RESTED * self._held.window:
-            self._told.discard("too fast")
+        """Announce that the `held` speed [m/s] rises above its limit after a rest, and that it lasts after a swing that did not."""
+        fast = held > PRACTICE_SPEED
+        if fast != self._fast:
+            self._fast, self._crossed = fast, time
+            self._told.discard("this rise")
+        lasts, window = time - self._crossed, self._held.window
+        normal = "water has run against the boom at more than 0.7 kn (normal to it) for"
+        if not fast and lasts >= window + RESTED:
+            self._told -= {"too fast", "too fast for long"}
+        if fast and "too fast" not in self._told:
+            self._told.add("this rise")
+            self._tell_once("too fast", True, f"{normal} {window:.2g} s")
+        if fast and lasts >= LASTS * window:
+            self._tell_once("too fast for long", "this rise" not in self._told, f"{normal} {LASTS * window:.2g} s")
+            self._told.add("too fast for long")
 
     def _announce(self, time: float, report: ContainmentReport, speed: float) -> None:
         """Announce what happens for the first time; `time` [s] of the report, tow's `speed` [m/s]."""
@@ -315,7 +320,7 @@ class BoomScore:
             "time": self._time,
             "worst": dict(self._worst),
             "told": sorted(self._told),
-            "slow_since": self._slow_since,
+            "fast": (self._fast, self._crossed),
             "ended": self._ended,
             "oil_in_area": self._oil_in_area,
             "held_back": self._held_back,
@@ -332,7 +337,8 @@ class BoomScore:
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
         self._towed = None if saved["towed"] is None else HeldSpeed(**deepcopy(saved["towed"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
-        self._told, self._slow_since, self._notices = set(saved["told"]), saved["slow_since"], []
+        self._told, self._notices = set(saved["told"]), []
+        self._fast, self._crossed = saved["fast"]
         self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]
         self._held_back = saved["held_back"]
 

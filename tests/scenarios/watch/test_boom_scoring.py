@@ -94,6 +94,7 @@ class Watched:
         self.assembly = build(scenario_from(pool()))
         self.score: BoomScore = self.assembly.scoring.booms[0]
         self.told: list[tuple[float, str]] = []
+        self.clock = 0.0  # [s] of `flow`
 
     def at(self, time: float, oil: list[list[float]], speed: float = 0.3) -> None:
         """Go on to `time` [s] with oil at these places [m], in a current of `speed` [m/s]."""
@@ -136,25 +137,42 @@ def test_a_first_resolved_loss_is_told_at_once_where_nothing_is_put_back() -> No
     assert watched.times("(resolved)") == [0.04]
 
 
+WINDOW = 0.22 / PRACTICE_SPEED  # [s] in which water at that speed passes the skirt
+TOO_FAST = "at more than 0.7 kn"
+
+
+def flow(account: Watched, *stretches: tuple[float, float]) -> None:
+    """Let water run against the boom for stretches of a time [s] at a share of the limit [-]."""
+    for duration, share in stretches:
+        for _ in range(round(duration / 0.02)):
+            account.at(account.clock, [], share * PRACTICE_SPEED)
+            account.clock += 0.02
+
+
 def test_water_that_runs_too_fast_is_told_again_after_a_rest() -> None:
-    """A swing at the start does not use it up, a short swing does not repeat it, and another account goes on the same way."""
+    """A short swing does not repeat it, and another account goes on the same way."""
     watched, other = Watched(), Watched()
-    window = 0.22 / PRACTICE_SPEED
-    fast, slow = 1.2 * PRACTICE_SPEED, 0.5 * PRACTICE_SPEED
-
-    def flow(account: Watched, since: float, until: float, speed: float) -> None:
-        for time in np.arange(since, until - 1e-9, 0.02):
-            account.at(float(time), [], speed)
-
-    begin = 0.0
-    for duration, speed in ((2.0 * window, fast), (2.0 * window, slow), (2.0 * window, fast), (2.0 * window, slow)):
-        flow(watched, begin, begin + duration, speed)
-        begin += duration
-    text = "at more than 0.7 kn"
-    assert len(watched.times(text)) == 1
+    flow(watched, *[(2.0 * WINDOW, 1.2), (2.0 * WINDOW, 0.5)] * 3)
+    assert len(watched.times(TOO_FAST)) == 1
     other.score.restore_state(watched.score.save_state())
+    other.clock = watched.clock
     for account in (watched, other):
-        flow(account, begin, begin + RESTED * window, slow)
-        flow(account, begin + RESTED * window, begin + (RESTED + 2.0) * window, fast)
-    assert len(watched.times(text)) == 2
-    assert other.times(text) == watched.times(text)[1:]
+        flow(account, (RESTED, 0.5), (2.0 * WINDOW, 1.2))
+    assert len(watched.times(TOO_FAST)) == 2
+    assert other.times(TOO_FAST) == watched.times(TOO_FAST)[1:]
+
+
+def test_swings_do_not_use_up_what_is_told_of_a_tow_that_stays_too_fast() -> None:
+    """As at the start of u-sweep: swings above the limit, then, without a rest, a tow that stays above it; that is told once."""
+    watched, other = Watched(), Watched()
+    flow(watched, *[(2.0 * WINDOW, 1.2), (2.0 * WINDOW, 0.8)] * 2, (2.0 * WINDOW, 1.2))
+    assert len(watched.times(TOO_FAST)) == 1
+    other.score.restore_state(watched.score.save_state())
+    other.clock = watched.clock
+    for account in (watched, other):
+        flow(account, (6.0 * WINDOW, 1.2), *[(2.0 * WINDOW, 0.8), (6.0 * WINDOW, 1.2)] * 2)
+    assert len(watched.times(TOO_FAST)) == 2
+    assert other.times(TOO_FAST) == watched.times(TOO_FAST)[1:]
+    steady = Watched()
+    flow(steady, (9.0 * WINDOW, 1.2))
+    assert len(steady.times(TOO_FAST)) == 1
