@@ -113,6 +113,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     yield from _losses(parts)
+    yield from _floating_oil(parts)
     yield from _fast_water(parts)
     yield from _skimmers(parts)
     yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
@@ -366,6 +367,28 @@ def _losses(parts: Parts) -> Iterator[Problem]:
             if boom.losses == "closures" and waters and phase.is_oil and phase.rest_density >= waters[0]:
                 text = f'is "closures" with {oil!r} of {phase.rest_density:g} kg/m3 on water of {waters[0]:g}'
                 yield Problem(f"booms.{name}.losses", f'{text}, allowed: with lighter oil, else "resolved"')
+
+
+def _floating_oil(parts: Parts) -> Iterator[Problem]:
+    """Check that the oil of a sea of formulas floats on it; the sea is of the first phase that is no oil, else of the first of all."""
+    complete = parts.phases and len(parts.phases) == len(parts.names["phases"])
+    if parts.run is None or parts.run.has_particles or not complete:
+        return
+    waters = [phase.rest_density for phase in parts.phases.values() if not phase.is_oil]
+    sea = (waters or [phase.rest_density for phase in parts.phases.values()])[0]
+    used = {entry.phase for entry in (*parts.fill.values(), *parts.emitters.values())}
+    told = any(boom.losses == "closures" for boom in parts.booms.values())  # by `_losses`, where there is water
+    allowed = f'allowed with run.detail = "{parts.run.detail}"'
+    for name, phase in parts.phases.items():
+        if name not in used or not phase.is_oil or phase.rest_density < sea:
+            continue
+        density = f"{phase.rest_density:g} kg/m3"
+        if not waters:
+            text = f"holds no water under the oil {name!r} of {density}, {allowed}: with a phase of water, denser than this oil"
+            yield Problem("phases", text)
+            return
+        if not told:
+            yield Problem(f"phases.{name}", f"is oil of {density} on water of {sea:g}, {allowed}: lighter oil")
 
 
 def _skimmers(parts: Parts) -> Iterator[Problem]:

@@ -93,6 +93,11 @@ class ClosureLosses:
         self.rate = 0.0  # [m3/s] by all closures, at the last look
 
     @property
+    def puts_back(self) -> bool:
+        """Tell whether they put oil back that slips under the skirt, at their first look at it, which is `INTERVAL` later at most."""
+        return self._boom.closures.decide_alone
+
+    @property
     def held_back(self) -> float:
         """Oil [m3] that particles let through in excess of the closures, and that was put back, summed over time."""
         return self._held_back * self._volume
@@ -116,7 +121,7 @@ class ClosureLosses:
         rates = self._boom.closures.rates(drivers, oil) * self._boom.segment_length
         self.rate = float(rates.sum())
         self._budgets.add(rates * duration, self._resolved(standing, before), duration)
-        if self._boom.closures.decide_alone:
+        if self.puts_back:
             self._hold_back(fluid, tracker, state, drivers, standing, self._fresh(standing, before))
         for segment, way, cause in self._due():
             self._carry_out(time, fluid, tracker, state, held, (segment, way, cause))

@@ -1,6 +1,7 @@
 """Remarks on booms before a run.
 
-How finely particles resolve the skirt, how much of the section it fills, to which side it bulges, and what drives the water at it.
+How finely particles resolve the skirt, how much of the section it fills, to which side it bulges, what drives the water at it, and whether
+the water starts with the current by which closures go.
 """
 
 from __future__ import annotations
@@ -12,16 +13,44 @@ from itertools import chain
 import numpy as np
 
 from booms.resolution import blockage_in_words, skirt_in_words
+from oilsim.physical_constants import KNOT
 from recordings.words import course_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings
+from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.fleet import bulge_of
 
+# [-] of the current's speed and [m/s], by which water at the start may differ from the current before it is said; chosen
+START_SHARE, START_SLACK = 0.2, 0.02
+
 
 def boom_remarks(scenario: Scenario, level: float) -> dict[str, str]:
-    """Return what is to be said of each boom in water up to `level` [m], by ``skirt main`` or ``blockage main``."""
-    return dict(chain.from_iterable(_remarks(name, scenario, level) for name in scenario.booms))
+    """Return what is to be said of each boom in water up to `level` [m], by ``skirt main`` or ``blockage main``, and of all: ``start``."""
+    return dict(chain(*(_remarks(name, scenario, level) for name in scenario.booms), _start(scenario)))
+
+
+def _start(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Say that water starts with another velocity than that of a current in a zone, which the closures take everywhere."""
+    current = scenario.forcing.current
+    booms = [name for name in scenario.booms if has_closures(scenario, name)]
+    if current is None or current.lower is None or not booms or not scenario.run.has_particles:
+        return
+    ordered = horizontal(current.speed, current.direction)
+    for name, fill in scenario.fill.items():
+        phase, velocity = scenario.phases[fill.phase], fill.velocity or (0.0, 0.0, 0.0)
+        off = math.dist(velocity[:2], ordered[:2])
+        if phase.is_oil or phase.is_air or fill.inside is not None or off <= START_SHARE * current.speed + START_SLACK:
+            continue
+        along = float(np.dot(velocity, horizontal(1.0, current.direction)))
+        advice = ", ".join(f"{round(part, 3) + 0.0:g}" for part in ordered)
+        yield (
+            "start",
+            f"boom {', '.join(booms)}: fill.{name} starts at {along / KNOT:.2f} kn along the current, and the closures take its "
+            f"{current.speed / KNOT:.2f} kn from the start. What is lost until the water has come up to speed is not to be trusted. "
+            f"Start it with fill.{name}.velocity = [{advice}]",
+        )
+        return
 
 
 def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str, str]]:

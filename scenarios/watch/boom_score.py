@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
 from booms.deployment import BoomLayout
-from booms.losses.closure_losses import ClosureLosses
+from booms.losses.closure_losses import INTERVAL, ClosureLosses
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.physical_constants import KNOT
+from oilsim.slick.loss_cause import CAUSES
 from oilsim.solver import Fluid
 from recordings.frame import EventLevel
 from recordings.replay.running_extremes import WORST
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from coupling.participants.slick import SlickParticipant
 
 Array = NDArray[np.float64]
+
+# [s] below its limit, beside the held speed's window, after which a rise of that speed is told anew; chosen: not in each wave
+RESTED = 5.0
+LASTS = 3.0  # windows of the held speed above its limit from which on it is no swing; chosen by the start-up swings of booms
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,7 @@ class BoomScore:
         self._berth = settings.berth
         self._has_tide = scenario.sea is not None and scenario.sea.tide is not None
         self.held_speed = 0.0  # [m/s] largest along the boom that is held now
+        self._fast, self._crossed = False, 0.0  # whether that speed is above its limit, and since when [s]
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
         self._notices: list[Notice] = []
@@ -132,7 +138,8 @@ class BoomScore:
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.passed, report.retained + report.lost)
-        self._announce(report, speed, held)
+        self._announce_speed(time, held)
+        self._announce(time, report, speed)
 
     def _optional_series(
         self, oil: tuple[Array, NDArray[np.uint32]], slick: SlickParticipant | None, line: Array, level: float
@@ -189,17 +196,33 @@ class BoomScore:
         notices, self._notices = self._notices, []
         return notices
 
-    def _announce(self, report: ContainmentReport, speed: float, held: float) -> None:
-        """Announce what happens for the first time."""
+    def _announce_speed(self, time: float, held: float) -> None:
+        """Announce that the `held` speed [m/s] rises above its limit after a rest, and that it lasts after a swing that did not."""
+        fast = held > PRACTICE_SPEED
+        if fast != self._fast:
+            self._fast, self._crossed = fast, time
+            self._told.discard("this rise")
+        lasts, window = time - self._crossed, self._held.window
+        normal = "water has run against the boom at more than 0.7 kn (normal to it) for"
+        if not fast and lasts >= window + RESTED:
+            self._told -= {"too fast", "too fast for long"}
+        if fast and "too fast" not in self._told:
+            self._told.add("this rise")
+            self._tell_once("too fast", True, f"{normal} {window:.2g} s")
+        if fast and lasts >= LASTS * window:
+            self._tell_once("too fast for long", "this rise" not in self._told, f"{normal} {LASTS * window:.2g} s")
+            self._told.add("too fast for long")
+
+    def _announce(self, time: float, report: ContainmentReport, speed: float) -> None:
+        """Announce what happens for the first time; `time` [s] of the report, tow's `speed` [m/s]."""
         through = f"at {speed / KNOT:.2f} kn through the water"
         share = 100.0 * self._losses.first_share
-        normal = f"water has run against the boom at more than 0.7 kn (normal to it) for {self._held.window:.2g} s"
-        self._tell_once("too fast", held > PRACTICE_SPEED, normal)
         first, gross = self._losses.first_loss, self._losses.gross_loss
         for cause, volume in report.lost_by_cause.items():
             modelled, words = report.lost_modelled.get(cause, 0.0), cause_in_words(cause)
             begun = self._losses.begun
-            self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
+            resolved = begun and volume > modelled and cause not in self._told and self._stands(time, cause)
+            self._tell_once(cause, resolved, f"first oil {words} (resolved), {through}")
             self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
         back = "its skirt is too few particles deep to hold oil as a real one does: oil that slips under it is put back (modelled)"
         self._tell_once("held back", self._held_back > 0.0, back)
@@ -211,6 +234,14 @@ class BoomScore:
             self._tell_once("gross loss", True, text)
         self._take_back("first loss", first)
         self._take_back("gross loss", gross)
+
+    def _stands(self, time: float, cause: str) -> bool:
+        """Tell whether a resolved loss counts at `time` [s]: closures that put oil back have looked at it, and left it."""
+        if self.closures is None or not self.closures.puts_back:
+            return True
+        standing = self.tracker.standing()
+        resolved = ~standing.retained & ~standing.modelled & (standing.cause == CAUSES.index(cause))
+        return bool((time - standing.lost_at[resolved] > INTERVAL).any())
 
     def _take_back(self, loss: str, speed: float | None) -> None:
         """Say that a loss that was told does not count any more."""
@@ -289,6 +320,7 @@ class BoomScore:
             "time": self._time,
             "worst": dict(self._worst),
             "told": sorted(self._told),
+            "fast": (self._fast, self._crossed),
             "ended": self._ended,
             "oil_in_area": self._oil_in_area,
             "held_back": self._held_back,
@@ -306,6 +338,7 @@ class BoomScore:
         self._towed = None if saved["towed"] is None else HeldSpeed(**deepcopy(saved["towed"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
         self._told, self._notices = set(saved["told"]), []
+        self._fast, self._crossed = saved["fast"]
         self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]
         self._held_back = saved["held_back"]
 

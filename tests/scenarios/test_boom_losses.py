@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from recordings.checkpoint import state_hash
 from recordings.replay.recording import Replay
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main
-from scenarios.load import scenario_from
+from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.oils.library import oil_named
 from scenarios.problems import ScenarioError
 from scenarios.running.run import RunOptions, run_scenario
@@ -123,3 +124,43 @@ def test_oil_properties_are_those_at_the_scenarios_temperature() -> None:
     assert cold.kinematic_viscosity == pytest.approx(brent.kinematic_viscosity_at(5.0))
     assert cold.kinematic_viscosity > mild.kinematic_viscosity
     assert mild == oils_of(scenario_from(pool()))["oil"]
+
+
+NO_WATER = (
+    "phases holds no water under the oil 'oil' of 875 kg/m3, "
+    'allowed with run.detail = "none": with a phase of water, denser than this oil'
+)
+
+
+def test_oil_without_water_is_refused_by_every_entrance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In a run whose sea is formulas; `check` passed it, and `run` refused the oil for its own density."""
+    path = tmp_path / "dry.toml"
+    shipped = library_paths()["sweep-200m"].read_text(encoding="utf-8")
+    path.write_text(re.sub(r"\[phases\.water\]\n(?:[^\[\n].*\n)*", "", shipped), encoding="utf-8")
+    for command in (["check"], ["run", "--no-record"]):
+        assert main([command[0], str(path), *command[1:]]) == 2
+        assert NO_WATER in " ".join(capsys.readouterr().err.split())
+    with pytest.raises(ScenarioError, match=re.escape(NO_WATER)):
+        load_scenario(path)
+
+
+@pytest.mark.parametrize(
+    ("losses", "problem"),
+    [
+        ("resolved", 'phases.oil is oil of 1100 kg/m3 on water of 1027, allowed with run.detail = "none": lighter oil'),
+        (
+            "closures",
+            "booms.a.losses is \"closures\" with 'oil' of 1100 kg/m3 on water of 1027, allowed: with lighter oil",
+        ),
+    ],
+)
+def test_oil_that_sinks_is_refused_once_where_the_sea_is_formulas(losses: str, problem: str) -> None:
+    data = pool(oil={"density": 1100.0}, boom={"losses": losses})
+    data["run"]["detail"] = "none"
+    with pytest.raises(ScenarioError) as found:
+        scenario_from(data)
+    assert problem in str(found.value)
+    assert str(found.value).count("1100") == 1
+    del data["fill"]["slick"]  # then no such oil is let in
+    if losses == "resolved":
+        assert scenario_from(data).phases["oil"].rest_density == 1100.0

@@ -145,3 +145,37 @@ def test_a_boom_in_driven_water_is_told(entries: dict[str, Any], driven: set[str
     told = boom_remarks(changed(**entries), 0.8)
     assert {name for name in told if name.startswith("driven")} == driven
     assert all("zone (lower, upper)" in told[name] for name in driven)
+
+
+STREAM: dict[str, Any] = {"speed": 0.3, "lower": [0.0, 0.0, 0.0], "upper": [1.0, 4.0, 1.5]}
+
+
+@pytest.mark.parametrize(
+    ("velocity", "told"),
+    [
+        (None, "fill.sea starts at 0.00 kn along the current"),
+        ([0.21, 0.0, 0.0], "fill.sea starts at 0.41 kn along the current"),
+        ([-0.3, 0.0, 0.0], "fill.sea starts at -0.58 kn along the current"),
+        ([0.23, 0.0, 0.0], None),  # 20 % of 0.3 m/s and 0.02 m/s off are fine
+        ([0.3, 0.0, 0.0], None),
+    ],
+)
+def test_water_that_starts_without_the_current_of_a_zone_is_told(
+    velocity: list[float] | None, told: str | None
+) -> None:
+    """Closures take the ordered current everywhere from the start, though it drives the water in its zone only."""
+    water = MOORED["fill"]["sea"] | ({} if velocity is None else {"velocity": velocity})
+    scenario = changed(forcing__current=STREAM, fill__sea=water)
+    found = boom_remarks(scenario, 0.8).get("start")
+    if told is None:
+        assert found is None
+        return
+    assert found is not None and told in found and "the closures take its 0.58 kn from the start" in found
+    assert found.endswith("Start it with fill.sea.velocity = [0.3, 0, 0]")
+    assert found in estimate(scenario).told
+
+
+def test_water_at_the_start_is_told_only_where_closures_go_by_a_current_in_a_zone() -> None:
+    assert "start" not in boom_remarks(changed(), 0.8)  # a current through the whole tank: the water starts with it
+    assert "start" not in boom_remarks(changed(forcing__current=STREAM, booms__inlet__losses="resolved"), 0.8)
+    assert "start" not in boom_remarks(changed(forcing={}), 0.8)

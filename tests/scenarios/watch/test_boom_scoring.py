@@ -1,15 +1,19 @@
-"""A boom's scoring ends where the boom leaves the simulated sea, and goes on where the sea repeats; both are told."""
+"""A boom's scoring ends where the boom leaves the simulated sea, and goes on where the sea repeats; what is told of it, and how often."""
 
 from __future__ import annotations
 
 import copy
 from typing import Any
 
+import numpy as np
 import pytest
 
+from booms.containment import PRACTICE_SPEED
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
-from scenarios.running.assembly import Assembly
+from scenarios.running.assembly import Assembly, build
+from scenarios.watch.boom_score import RESTED, BoomScore
+from tests.scenarios.test_boom_losses import pool
 
 STEP = 0.04
 RUNAWAY: dict[str, Any] = {
@@ -81,3 +85,94 @@ def test_oil_in_a_boom_that_lies_across_a_periodic_side_is_inside() -> None:
     assert report is not None
     assert report.inside == report.retained == pytest.approx(8 * 0.1**3)
     assert report.lost == report.outside == 0.0
+
+
+class Watched:
+    """The score of a boom that stands still, to which oil and current are given by hand; its skirt is two particles deep."""
+
+    def __init__(self) -> None:
+        self.assembly = build(scenario_from(pool()))
+        self.score: BoomScore = self.assembly.scoring.booms[0]
+        self.told: list[tuple[float, str]] = []
+        self.clock = 0.0  # [s] of `flow`
+
+    def at(self, time: float, oil: list[list[float]], speed: float = 0.3) -> None:
+        """Go on to `time` [s] with oil at these places [m], in a current of `speed` [m/s]."""
+        assert self.assembly.world is not None
+        particles = np.array(oil).reshape(-1, 3), np.arange(len(oil), dtype=np.uint32)
+        self.score.advance(time, self.assembly.world, particles, 0.6, np.array([-speed, 0.0, 0.0]), None)
+        self.told += [(round(time, 6), notice.text) for notice in self.score.take_notices()]
+
+    def times(self, text: str) -> list[float]:
+        """Return the times [s] at which this was told."""
+        return [time for time, told in self.told if text in told]
+
+
+HELD, UNDER = [1.5, 1.0, 0.5], [0.3, 1.0, 0.3]
+
+
+def test_a_first_resolved_loss_is_told_once_closures_have_left_it() -> None:
+    """A particle that is put back 0.1 s later has never been lost; the next one stays lost, and another account goes on the same way."""
+    watched, other = Watched(), Watched()
+    watched.at(0.0, [HELD, HELD, HELD])
+    watched.at(0.04, [UNDER, HELD, HELD])
+    assert watched.score.report is not None and watched.score.report.lost > 0.0
+    watched.score.tracker.keep(0)  # as the closures do at their look
+    for time in (0.08, 0.12, 0.16, 0.2):
+        watched.at(time, [HELD, HELD, HELD])
+    watched.at(0.24, [HELD, UNDER, HELD])
+    watched.at(0.28, [HELD, UNDER, HELD])
+    other.score.restore_state(watched.score.save_state())
+    for account in (watched, other):
+        for time in (0.32, 0.36, 0.4):
+            account.at(time, [HELD, UNDER, HELD])
+        assert account.times("(resolved)") == [0.36]
+
+
+def test_a_first_resolved_loss_is_told_at_once_where_nothing_is_put_back() -> None:
+    watched = Watched()
+    watched.score.closures = None
+    watched.at(0.0, [HELD, HELD])
+    watched.at(0.04, [UNDER, HELD])
+    assert watched.times("(resolved)") == [0.04]
+
+
+WINDOW = 0.22 / PRACTICE_SPEED  # [s] in which water at that speed passes the skirt
+TOO_FAST = "at more than 0.7 kn"
+
+
+def flow(account: Watched, *stretches: tuple[float, float]) -> None:
+    """Let water run against the boom for stretches of a time [s] at a share of the limit [-]."""
+    for duration, share in stretches:
+        for _ in range(round(duration / 0.02)):
+            account.at(account.clock, [], share * PRACTICE_SPEED)
+            account.clock += 0.02
+
+
+def test_water_that_runs_too_fast_is_told_again_after_a_rest() -> None:
+    """A short swing does not repeat it, and another account goes on the same way."""
+    watched, other = Watched(), Watched()
+    flow(watched, *[(2.0 * WINDOW, 1.2), (2.0 * WINDOW, 0.5)] * 3)
+    assert len(watched.times(TOO_FAST)) == 1
+    other.score.restore_state(watched.score.save_state())
+    other.clock = watched.clock
+    for account in (watched, other):
+        flow(account, (RESTED, 0.5), (2.0 * WINDOW, 1.2))
+    assert len(watched.times(TOO_FAST)) == 2
+    assert other.times(TOO_FAST) == watched.times(TOO_FAST)[1:]
+
+
+def test_swings_do_not_use_up_what_is_told_of_a_tow_that_stays_too_fast() -> None:
+    """As at the start of u-sweep: swings above the limit, then, without a rest, a tow that stays above it; that is told once."""
+    watched, other = Watched(), Watched()
+    flow(watched, *[(2.0 * WINDOW, 1.2), (2.0 * WINDOW, 0.8)] * 2, (2.0 * WINDOW, 1.2))
+    assert len(watched.times(TOO_FAST)) == 1
+    other.score.restore_state(watched.score.save_state())
+    other.clock = watched.clock
+    for account in (watched, other):
+        flow(account, (6.0 * WINDOW, 1.2), *[(2.0 * WINDOW, 0.8), (6.0 * WINDOW, 1.2)] * 2)
+    assert len(watched.times(TOO_FAST)) == 2
+    assert other.times(TOO_FAST) == watched.times(TOO_FAST)[1:]
+    steady = Watched()
+    flow(steady, (9.0 * WINDOW, 1.2))
+    assert len(steady.times(TOO_FAST)) == 1
