@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, beside, signed_distance
-from booms.losses.accumulation import VISCOUS_LIMIT
-from booms.losses.lean import PLANING_ANGLE
+from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT
 from oilsim.physical_constants import HOUR, NAUTICAL_MILE
 from oilsim.slick.loss_cause import CAUSES, LossCause
 

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 TOW_BEGINS = 0.1 * KNOT  # [m/s] through the water; a slower boom only lies there, and oil moves in and out at its mouth
 RULE_DENSITY = 1025.0  # [kg/m3] of sea water in the rule of thumb for the drag of a skirt
+VISCOUS_LIMIT = 3000e-6  # [m2/s] above which oil forms no droplets and is lost as a whole, 3000 cSt (Delvigne 1989)
+PLANING_ANGLE = math.radians(45.0)  # [rad] lean of a skirt from which it is said to plane; assumed
 
 
 def encounter_rate(boom_length: float, gap_ratio: float, speed: float, slick_thickness: float) -> float:

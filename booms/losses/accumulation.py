@@ -12,11 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from booms.losses.entrainment import RATE, onset_speed
 from booms.losses.liquids import OilOnWater
+from booms.scores import VISCOUS_LIMIT
 
 Array = NDArray[np.float64]
 
-# [m2/s] kinematic viscosity above which oil is lost as a whole, 3000 cSt; source above
-VISCOUS_LIMIT = 3000e-6
 # [m/s] speed from which on it is; assumed: sources span 0.15 to 0.25
 ACCUMULATION_SPEED = 0.20
 

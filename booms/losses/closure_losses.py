@@ -22,13 +22,14 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState, signed_distance
 from booms.containment import ContainmentTracker, Standing
 from booms.losses.budgets import LossBudgets
-from booms.losses.lean import PLANING_ANGLE, effective_draft
+from booms.losses.lean import effective_draft
 from booms.losses.liquids import OilOnWater, mixed
 from booms.losses.rates import Closures, Drivers
 from booms.losses.slick import front_thickness
 from booms.losses.strips import segments_ahead, standing_share
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from booms.losses.ways import UNDER_FOOT, WAYS
+from booms.scores import PLANING_ANGLE
 from oilsim.slick.loss_cause import LossCause
 from oilsim.solver import Fluid
 

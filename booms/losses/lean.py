@@ -1,19 +1,14 @@
-"""Lean: the draft that a leaning skirt still has, from its pose, and the lean from which it planes.
+"""Lean: the draft that a leaning skirt still has, from its pose.
 
 In a run the pose is resolved; the skirt's foot and the local surface give the draft.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-
-# [rad] lean of a skirt from which it planes; assumed: half of its depth is lost
-PLANING_ANGLE = math.radians(45.0)
 
 
 def effective_draft(surface: ArrayLike, foot: ArrayLike) -> Array:

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.fast_water.net import Net
-from booms.losses.accumulation import VISCOUS_LIMIT, accumulation_rate
+from booms.losses.accumulation import accumulation_rate
 from booms.losses.drainage import drainage_rate, held_thickness
 from booms.losses.entrainment import entrainment_rate, escaping_share, head_share
-from booms.losses.lean import PLANING_ANGLE
 from booms.losses.liquids import OilOnWater
 from booms.losses.overflow import overflow_rate
 from booms.losses.resolution import Resolution
 from booms.losses.seepage import seepage_rate
 from booms.losses.slick import boom_thickness
 from booms.losses.ways import UNDER_FOOT
+from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT
 from oilsim.quantity import quantity, require
 from oilsim.slick.loss_cause import LossCause
 

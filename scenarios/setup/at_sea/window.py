@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from booms.losses.closure_losses import STANDING
-from booms.losses.lean import PLANING_ANGLE
 from booms.losses.resolution import Resolution
+from booms.scores import PLANING_ANGLE
 from coupling.assembly import FLUID, CoupledBodies, couple_participant
 from coupling.participants.rigid_bodies import Asked
 from coupling.participants.slick import SlickParticipant

@@ -67,8 +67,8 @@ def test_remarks_name_particles_blockage_and_side() -> None:
     assert told["bulge inlet"].endswith("bulges towards 090 degrees of the compass")
     against = boom_remarks(changed(booms__inlet__bulge="right"), 0.8)["bulge inlet"]
     assert "towards 270" in against and "against the current" in against
-    fine = boom_remarks(changed(fluid__particle_spacing=0.02), 0.8)["skirt inlet"]
-    assert "20 particles deep: the speed of the first loss is modelled" in fine
+    fine = boom_remarks(changed(fluid__particle_spacing=0.04), 0.8)["skirt inlet"]
+    assert "10 particles deep: the speed of the first loss is modelled" in fine
     assert set(told.values()) <= set(estimate(changed()).told)
 
 
