@@ -6,9 +6,9 @@ loss by one cause also counts against the closures of the other causes on the sa
 forgets its debt with the time constant `WINDOW`: a burst of resolved loss counts against the closures for that window only. Where the
 particles are too coarse to lose oil rightly, they do not overdraw it: what they lost in excess is held back (see `closure_losses`).
 
-A way out is due when its budget reaches one particle's volume, by the cause that has the largest claim. Each budget begins with a part
-of a particle's volume, drawn from a seed. So the expected loss of all segments is that of the closures from the beginning, though a
-segment can only lose whole particles.
+A way out is due when its budget reaches one particle's volume, by the cause that has the largest claim; what particles lost by themselves
+is taken off the claims of its way. Each budget begins with a part of a particle's volume, drawn from a seed. So the expected loss of all
+segments is that of the closures from the beginning, though a segment can only lose whole particles.
 """
 
 from __future__ import annotations

@@ -13,15 +13,12 @@ Sources: Lamb, Hydrodynamics, chapter IX; Miller, Lindenmuth, Lehr and Abrahams 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from booms.losses.liquids import OilOnWater
 from booms.losses.slick import boom_thickness, front_thickness, slick_length
 from booms.scores import droplet_onset_speed
-from oilsim.physical_constants import GRAVITY
 
 Array = NDArray[np.float64]
 
@@ -37,12 +34,6 @@ MEAN_SIZE = 0.4
 WATER_VISCOSITY = 1.19e-6
 # [h_b] length of slick from which on its head wave is whole; assumed: the range of the slender profile
 WHOLE_HEAD = 5.0
-
-
-def interface_wavelength(oil: OilOnWater) -> float:
-    """Compute the wavelength that grows first, 2 pi sqrt(sigma / (g (rho_w - rho_o))) [m]."""
-    weight = GRAVITY * (oil.water_density - oil.oil_density)
-    return 2.0 * math.pi * math.sqrt(oil.interfacial_tension / weight)
 
 
 def onset_speed(oil: OilOnWater) -> float:

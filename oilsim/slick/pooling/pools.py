@@ -140,11 +140,11 @@ def slide(
     carried = np.einsum("sk,sk->s", relative, lines.way) / lines.length
     gone = np.empty(len(held.rows), np.bool_)
     slide_parcels(held, lines, carried, _slope_speeds(pools, barriers, friction, duration), duration, gone)
-    _even_out(parcels, held.rows[~gone], barriers, pools, duration)
+    _even_out(parcels, held.rows[~gone], pools, duration)
     return np.asarray(held.rows[gone])
 
 
-def _even_out(parcels: Parcels, rows: Rows, barriers: Barriers, pools: Pools, duration: float) -> None:
+def _even_out(parcels: Parcels, rows: Rows, pools: Pools, duration: float) -> None:
     """Spread the parcels of each pool (rows (M,)) evenly about their middle, as fast as a gravity current, for `duration` [s].
 
     They keep their order. A pool has one thickness, so its oil lies evenly.

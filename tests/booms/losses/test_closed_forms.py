@@ -132,7 +132,7 @@ def test_waves_that_grow_first_have_no_growth_at_onset():
     one = oil()
     speed = entrainment.onset_speed(one) / entrainment.ONSET_RATIO
     total, product = one.oil_density + WATER, one.oil_density * WATER
-    first = 2.0 * math.pi / entrainment.interface_wavelength(one)
+    first = math.sqrt(GRAVITY * (WATER - one.oil_density) / one.interfacial_tension)  # wave number that grows first
     k = first * np.array([0.8, 1.0, 1.25])
     stiff = GRAVITY * k * (WATER - one.oil_density) / total + one.interfacial_tension * k**3 / total
     growth = product * k**2 * speed**2 / total**2 - stiff
