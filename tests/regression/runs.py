@@ -50,6 +50,7 @@ SCENARIOS: dict[str, tuple[str, float, int, tuple[str, ...]]] = {
     "launch-from-slip": ("launch-from-slip", 0.25, 4, ()),
     "shore-seal": ("shore-seal", 0.25, 4, ()),
     "tow-speed-ramp": ("tow-speed-ramp", 0.125, 12, ()),
+    "tow-speed-trial": ("tow-speed-trial", 0.25, 8, ()),
     "u-sweep": ("u-sweep", 0.12, 12, ("tow.start=0.05",)),
     "wave-flume": ("wave-flume", 0.08, 20, ()),
     "wind-drift": ("wind-drift", 0.12, 30, ()),
