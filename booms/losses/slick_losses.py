@@ -66,7 +66,7 @@ def _in_pocket(total: Array, pools: Pools, pocket: Pocket, rows: slice) -> None:
 
 def _drivers(pools: Pools, rows: NDArray[np.int64]) -> Drivers:
     return Drivers(
-        speed=np.maximum(pools.normal_speed[rows], 0.0),
+        speed=pools.sustained_speed[rows],
         draft=pools.draft[rows],
         held=pools.volume_per_front[rows],
         lean=pools.lean[rows],

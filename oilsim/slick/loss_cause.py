@@ -46,6 +46,7 @@ class Pools(NamedTuple):
     reach                 (P,) [m] from the segment to the pool's head
     density, viscosity, interfacial_tension  (P,) [kg/m3], [Pa s], [N/m] means of the held oil by volume; 0 without oil
     water_density         [kg/m3]
+    sustained_speed       (P,) [m/s] of the water against the segment, low-pass over the time in which it passes the draft
     """
 
     segment: NDArray[np.int64]
@@ -68,6 +69,7 @@ class Pools(NamedTuple):
     viscosity: Array
     interfacial_tension: Array
     water_density: float
+    sustained_speed: Array
 
 
 class LossRate(Protocol):

@@ -20,7 +20,7 @@ from oilsim.slick.losses import Losses
 from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
-from oilsim.slick.pooling.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide
+from oilsim.slick.pooling.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide, sustain
 from oilsim.slick.recovery import oil_within, recover
 from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.stranding import carry_stranded, strand
@@ -75,6 +75,7 @@ class Slick:
         self._random = np.random.default_rng(settings.seed)
         self._released = 0.0
         self.changes = 0  # releases, recoveries, steps and restored states so far
+        self._sustained = np.zeros(2 * len(self.barriers))  # [m/s] of the water against each pool's segment
         self.pools = self._measure(np.zeros((len(self.barriers), 2)))
 
     def release(
@@ -143,6 +144,7 @@ class Slick:
             raise ValueError(f"slick: duration is {duration} s, allowed: above 0")
         self.changes += 1
         relative = self.relative_velocity(water or flow, time, duration)
+        sustain(self._sustained, self.barriers, relative, duration)
         self._drift(flow, time, duration, relative)
         self._tend_pools(relative, duration, loss_rate)
         carry_stranded(self.parcels, self.barriers)
@@ -212,7 +214,10 @@ class Slick:
             self.pools = self._measure(relative)
 
     def _measure(self, relative: Array) -> Pools:
-        return measure_pools(self.parcels, self.barriers, relative, self.settings.water_density, self.settings.friction)
+        settings = self.settings
+        return measure_pools(
+            self.parcels, self.barriers, relative, self._sustained, settings.water_density, settings.friction
+        )
 
     def oil_within(self, center: tuple[float, float], radius: float) -> tuple[float, float]:
         """Return the volume [m3] of the oil on the water within `radius` [m] of a center, and its mean density [kg/m3], 0 without oil."""
@@ -238,6 +243,7 @@ class Slick:
             "barriers": self.barriers.save_state(),
             "losses": self.losses.save_state(),
             "pools": self.pools,
+            "sustained": self._sustained.copy(),
             "random": self._random.bit_generator.state,
             "released": self._released,
         }
@@ -248,6 +254,7 @@ class Slick:
         self.parcels.restore_state(saved["parcels"])
         self.barriers.restore_state(saved["barriers"])
         self.losses.restore_state(saved["losses"])
+        self._sustained = np.array(saved["sustained"])
         self.pools = Pools(*saved["pools"])  # a checkpoint's file holds a plain tuple
         self._random.bit_generator.state = saved["random"]
         self._released = saved["released"]

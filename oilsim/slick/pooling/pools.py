@@ -64,17 +64,33 @@ def _sums_of_pools(parcels: Parcels, segments: int) -> Array:
     return total.T
 
 
+def normal_speeds(barriers: Barriers, relative: Array) -> Array:
+    """Return the speeds (P,) [m/s] at which water runs against the pools' segments; relative (S, 2) [m/s], to each segment."""
+    return np.repeat(np.einsum("sk,sk->s", relative, barriers.normals()), 2) * np.tile([-1.0, 1.0], len(barriers))
+
+
+def sustain(sustained: Array, barriers: Barriers, relative: Array, duration: float) -> None:
+    """Bring the sustained speeds (P,) [m/s] up to date after `duration` [s]: low-pass over d / U, as beside particles.
+
+    relative (S, 2) [m/s]: velocity of the water relative to each segment. Water that runs the other way counts as 0.
+    """
+    pressed = np.maximum(normal_speeds(barriers, relative), 0.0)
+    draft = np.maximum(np.repeat(barriers.draft, 2), STANDOFF)  # outlines have none
+    sustained -= np.expm1(-duration * np.maximum(pressed, sustained) / draft) * (pressed - sustained)
+
+
 def measure_pools(
-    parcels: Parcels, barriers: Barriers, relative: Array, water_density: float, friction: float
+    parcels: Parcels, barriers: Barriers, relative: Array, sustained: Array, water_density: float, friction: float
 ) -> Pools:
     """Compute the state of all pools.
 
-    relative (S, 2) [m/s]: velocity of the water relative to each segment; water_density [kg/m3]; friction C_f [-].
+    relative (S, 2) [m/s]: velocity of the water relative to each segment; sustained (P,) [m/s], see `Pools`; water_density [kg/m3];
+    friction C_f [-].
     """
     segment = np.repeat(np.arange(len(barriers)), 2)
     side = np.tile(np.array([1, -1]), len(barriers))
     length, speed = barriers.lengths()[segment], np.hypot(*relative.T)[segment]
-    normal_speed = -side * np.einsum("sk,sk->s", relative, barriers.normals())[segment]
+    normal_speed = normal_speeds(barriers, relative)
     volume, density, viscosity, tension = _sums_of_pools(parcels, len(barriers))
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = np.where(speed > 0.0, normal_speed / speed, 0.0)
@@ -89,7 +105,7 @@ def measure_pools(
     return Pools(
         segment, side, length, front, normal_speed, speed, barriers.draft[segment], barriers.lean[segment],
         barriers.freeboard[segment], barriers.is_submerged[segment], barriers.is_sealed[segment], volume, volume / front,
-        head, thick, reach, density, viscosity, tension, water_density,
+        head, thick, reach, density, viscosity, tension, water_density, sustained.copy(),
     )  # fmt: skip
 
 
