@@ -34,8 +34,10 @@ from scenarios.schema.liquid import (
     SphereFill,
     Tank,
     air_problems,
+    floating_oil_problems,
+    lost_oil_problems,
 )
-from scenarios.schema.moorings import MooringSettings, TieSettings, held_ends, mooring_problems, tie_problems, tied_ends
+from scenarios.schema.moorings import MooringSettings, TieSettings, fast_water_problems, mooring_problems, tie_problems
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
@@ -112,9 +114,9 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from _plane(parts)
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
-    yield from _losses(parts)
-    yield from _floating_oil(parts)
-    yield from _fast_water(parts)
+    yield from _floating(parts)
+    detail = None if parts.run is None else parts.run.detail
+    yield from fast_water_problems(parts.booms, parts.moorings, parts.ties, detail, "shore" in parts.given)
     yield from _skimmers(parts)
     yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
     if parts.fluid is not None:
@@ -359,36 +361,13 @@ def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Pr
             yield Problem(path, f"has {axis} = {reach} m, allowed: inside the tank, {bottom:g} to {top:g} m")
 
 
-def _losses(parts: Parts) -> Iterator[Problem]:
-    """Check that the oils of booms with closures float, which the closures go by."""
-    waters = [phase.rest_density for phase in parts.phases.values() if not phase.is_oil]
-    for name, boom in parts.booms.items():
-        for oil, phase in parts.phases.items():
-            if boom.losses == "closures" and waters and phase.is_oil and phase.rest_density >= waters[0]:
-                text = f'is "closures" with {oil!r} of {phase.rest_density:g} kg/m3 on water of {waters[0]:g}'
-                yield Problem(f"booms.{name}.losses", f'{text}, allowed: with lighter oil, else "resolved"')
-
-
-def _floating_oil(parts: Parts) -> Iterator[Problem]:
-    """Check that the oil of a sea of formulas floats on it; the sea is of the first phase that is no oil, else of the first of all."""
-    complete = parts.phases and len(parts.phases) == len(parts.names["phases"])
-    if parts.run is None or parts.run.has_particles or not complete:
-        return
-    waters = [phase.rest_density for phase in parts.phases.values() if not phase.is_oil]
-    sea = (waters or [phase.rest_density for phase in parts.phases.values()])[0]
-    used = {entry.phase for entry in (*parts.fill.values(), *parts.emitters.values())}
-    told = any(boom.losses == "closures" for boom in parts.booms.values())  # by `_losses`, where there is water
-    allowed = f'allowed with run.detail = "{parts.run.detail}"'
-    for name, phase in parts.phases.items():
-        if name not in used or not phase.is_oil or phase.rest_density < sea:
-            continue
-        density = f"{phase.rest_density:g} kg/m3"
-        if not waters:
-            text = f"holds no water under the oil {name!r} of {density}, {allowed}: with a phase of water, denser than this oil"
-            yield Problem("phases", text)
-            return
-        if not told:
-            yield Problem(f"phases.{name}", f"is oil of {density} on water of {sea:g}, {allowed}: lighter oil")
+def _floating(parts: Parts) -> Iterator[Problem]:
+    """Check that oil floats where closures, or a sea of formulas, go by it."""
+    yield from lost_oil_problems(parts.phases, [n for n, boom in parts.booms.items() if boom.losses == "closures"])
+    if parts.run is not None and not parts.run.has_particles and len(parts.phases) == len(parts.names["phases"]):
+        used = {entry.phase for entry in (*parts.fill.values(), *parts.emitters.values())}
+        told = any(boom.losses == "closures" for boom in parts.booms.values())
+        yield from floating_oil_problems(parts.phases, used, parts.run.detail, told)
 
 
 def _skimmers(parts: Parts) -> Iterator[Problem]:
@@ -397,24 +376,6 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
     yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
     if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
         yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
-
-
-def _fast_water(parts: Parts) -> Iterator[Problem]:
-    """Check that no particles meet nets, pockets and reels, which they would take for skirts, and that nothing else holds a reel's boom."""
-    for name, boom in parts.booms.items():
-        if parts.run is not None and parts.run.detail != "none":
-            for part in ("net", "pocket", "reel"):
-                if getattr(boom, part) is not None:
-                    text = 'is given, allowed: with run.detail = "none"; particles would meet a skirt'
-                    yield Problem(f"booms.{name}.{part}", text)
-        if boom.reel is None:
-            continue
-        if "shore" in parts.given:
-            yield Problem(
-                f"booms.{name}.reel", "is given, allowed: without [shore]; on a beach, a tie with `place` pays out"
-            )
-        if any(held_ends(parts.moorings, name, boom.segments)[:1]) or tied_ends(parts.ties, name, boom.segments)[0]:
-            yield Problem(f"booms.{name}.reel", "is given, allowed: without a mooring or a tie at joint 0")
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:

@@ -313,3 +313,34 @@ class PipeEmitterSettings(Section):
     def problems(self) -> Iterator[Problem]:
         """Check that the flow has a direction."""
         yield from directed("direction", self.direction)
+
+
+def lost_oil_problems(phases: Mapping[str, PhaseSettings], booms: Collection[str]) -> Iterator[Problem]:
+    """Yield where oil does not float, by the names of the `booms` whose closures go by it."""
+    waters = [phase.rest_density for phase in phases.values() if not phase.is_oil]
+    for name in booms:
+        for oil, phase in phases.items():
+            if waters and phase.is_oil and phase.rest_density >= waters[0]:
+                text = f'is "closures" with {oil!r} of {phase.rest_density:g} kg/m3 on water of {waters[0]:g}'
+                yield Problem(f"booms.{name}.losses", f'{text}, allowed: with lighter oil, else "resolved"')
+
+
+def floating_oil_problems(
+    phases: Mapping[str, PhaseSettings], used: Collection[str], detail: str, told: bool
+) -> Iterator[Problem]:
+    """Yield where oil does not float on a sea of formulas; the sea is of the first phase that is no oil, else of the first of all.
+
+    used: the phases that the run fills in or pours; detail: of the run; told: whether `lost_oil_problems` says so of oil on water.
+    """
+    waters = [phase.rest_density for phase in phases.values() if not phase.is_oil]
+    for name, phase in phases.items():
+        sea = (waters or [one.rest_density for one in phases.values()])[0]
+        if name not in used or not phase.is_oil or phase.rest_density < sea:
+            continue
+        density, allowed = f"{phase.rest_density:g} kg/m3", f'allowed with run.detail = "{detail}"'
+        if not waters:
+            text = f"holds no water under the oil {name!r} of {density}, {allowed}: with a phase of water, denser than this oil"
+            yield Problem("phases", text)
+            return
+        if not told:
+            yield Problem(f"phases.{name}", f"is oil of {density} on water of {sea:g}, {allowed}: lighter oil")

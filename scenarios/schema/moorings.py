@@ -221,3 +221,27 @@ def mooring_problems(
         if isinstance(end, str):
             text = f"is {leg.joint}, the end that vessel {end!r} holds; allowed: another joint, or an end at a point"
             yield Problem(f"{path}.joint", text)
+
+
+def fast_water_problems(
+    booms: Mapping[str, BoomSettings],
+    moorings: Mapping[str, MooringSettings],
+    ties: Mapping[str, TieSettings],
+    detail: str | None,
+    has_shore: bool,
+) -> Iterator[Problem]:
+    """Yield nets, pockets and reels that the particles of a run's `detail` would take for skirts, and reels whose boom is held twice."""
+    for name, boom in booms.items():
+        if detail not in (None, "none"):
+            for part in ("net", "pocket", "reel"):
+                if getattr(boom, part) is not None:
+                    text = 'is given, allowed: with run.detail = "none"; particles would meet a skirt'
+                    yield Problem(f"booms.{name}.{part}", text)
+        if boom.reel is None:
+            continue
+        if has_shore:
+            yield Problem(
+                f"booms.{name}.reel", "is given, allowed: without [shore]; on a beach, a tie with `place` pays out"
+            )
+        if any(held_ends(moorings, name, boom.segments)[:1]) or tied_ends(ties, name, boom.segments)[0]:
+            yield Problem(f"booms.{name}.reel", "is given, allowed: without a mooring or a tie at joint 0")

@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 # [s] below its limit, beside the held speed's window, after which a rise of that speed is told anew; chosen: not in each wave
 RESTED = 5.0
-LASTS = 3.0  # windows of the held speed above its limit from which on it is no swing; chosen by the start-up swings of booms
+LASTS = 3.0  # [1] windows of the held speed above its limit from which on it is no swing; chosen by the start-up swings of booms
 
 
 @dataclass(frozen=True)

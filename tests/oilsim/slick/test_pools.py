@@ -209,7 +209,7 @@ def test_booms_that_cannot_be_are_refused(changes, message):
 
 
 def test_a_little_oil_stays_in_the_apex(make_slick):
-    """Of 0.2 m3 in a U of 100 m in 0.6 m/s, most lies before the middle two of 40 segments; a whole head there would push it all out."""
+    """A U of 100 m holds 0.2 m3 in 0.6 m/s, most of it before the middle two of 40 segments. A whole head there would push it out."""
     arc, sag = np.linspace(-50.0, 50.0, 41), 7.0
     across = sag * np.arcsinh(arc / sag)
     line = np.stack([sag - sag * np.cosh(across / sag), -across], axis=1)
