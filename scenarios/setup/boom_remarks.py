@@ -1,7 +1,7 @@
 """Remarks on booms before a run.
 
-How finely particles resolve the skirt, how much of the section it fills, to which side it bulges, what drives the water at it, and whether
-the water starts with the current by which closures go.
+They tell how finely particles resolve the skirt, how much of the section the boom fills, to which side it bulges, and what drives the water
+at it. They also tell whether the water starts with the current that the closures use.
 """
 
 from __future__ import annotations
