@@ -24,14 +24,10 @@ from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import (
     LEAK_MARGIN,
-    BlockFill,
-    CylinderFill,
     Fill,
     FluidSettings,
     PhaseSettings,
     PipeEmitterSettings,
-    SlabFill,
-    SphereFill,
     Tank,
     air_problems,
     floating_oil_problems,
@@ -302,7 +298,7 @@ def _meshes(parts: Parts) -> Iterator[Problem]:
 def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
     """Check that liquid, pipes, gauges, vessels, ends of booms and zones lie inside the tank; `scenarios.setup.layout` checks bodies."""
     for name, fill in parts.fill.items():
-        yield from _inside(f"fill.{name}", _extent(fill, tank), tank)
+        yield from _inside(f"fill.{name}", fill.extent(tank), tank)
     for name, emitter in parts.emitters.items():
         yield from _inside(f"emitters.{name}.mouth", (emitter.mouth, emitter.mouth), tank)
     for name, probe in parts.probes.items():
@@ -324,32 +320,6 @@ def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
         zone: ZoneSettings | None = getattr(parts.forcing, kind, None)
         if zone is not None and zone.lower is not None and zone.upper is not None:
             yield from _inside(f"forcing.{kind}", (zone.lower, zone.upper), tank)
-
-
-def _extent(fill: Fill, tank: Tank) -> tuple[Vector, Vector]:
-    """Return lower and upper corner [m] of a region of liquid."""
-    if isinstance(fill, BlockFill):
-        return fill.lower, fill.upper
-    if isinstance(fill, SlabFill):
-        return (*tank.lower[:2], fill.bottom), (*tank.upper[:2], fill.top)
-    if isinstance(fill, SphereFill):
-        return _around(fill.center, (fill.radius,) * 3)
-    return _cylinder_extent(fill)
-
-
-def _cylinder_extent(fill: CylinderFill) -> tuple[Vector, Vector]:
-    """Compute the exact box around a cylinder: half extents |a| h / 2 + r sqrt(1 - a^2) along each axis, a the unit axis."""
-    length = sum(part * part for part in fill.axis) ** 0.5
-    axis = [part / length for part in fill.axis]
-    middle = [base + 0.5 * fill.height * part for base, part in zip(fill.base, axis, strict=True)]
-    half = [0.5 * fill.height * abs(part) + fill.radius * max(0.0, 1.0 - part * part) ** 0.5 for part in axis]
-    return _around(middle, half)
-
-
-def _around(middle: Iterable[float], half: Iterable[float]) -> tuple[Vector, Vector]:
-    pairs = list(zip(middle, half, strict=True))
-    low, high = [m - h for m, h in pairs], [m + h for m, h in pairs]
-    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Problem]:
@@ -397,8 +367,7 @@ def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterato
     d, axes = fluid.particle_spacing, (0, 2) if fluid.dimension == 2 else (0, 1, 2)
     size = [high - low for low, high in zip(tank.lower, tank.upper, strict=True)]
     liquid = sum(
-        math.prod((high[axis] - low[axis]) / d for axis in axes)
-        for low, high in (_extent(fill, tank) for fill in fills)
+        math.prod((high[axis] - low[axis]) / d for axis in axes) for low, high in (fill.extent(tank) for fill in fills)
     )
     walls = sum(
         2.0 * math.prod(size[axis] / d for axis in axes if axis != "xyz".index(side[1])) for side in tank.closed_sides

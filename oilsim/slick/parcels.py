@@ -132,6 +132,10 @@ class Parcels:
         points = np.ascontiguousarray(position).view(np.complex128)
         self.position.view(np.complex128)[rows] = points
 
+    def there(self) -> NDArray[np.bool_]:
+        """Return a mask (N,) of the oil that is still on the water or ashore: all but what skimmers have taken."""
+        return np.asarray(self.state != ParcelState.RECOVERED)
+
     def fates(self) -> Rows:
         """Return the states (N,), but of a resolved one that which it would have as a parcel: lost, held before a segment, or afloat."""
         held = np.where(self.place != NONE, int(ParcelState.HELD), int(ParcelState.AFLOAT))

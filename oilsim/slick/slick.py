@@ -151,7 +151,7 @@ class Slick:
         self.parcels.age += duration
         self.barriers.settle()
         if len(self.parcels) > self.settings.most_parcels:
-            cell = cell_size(self.parcels.volume, np.maximum(self.parcels.thickness, np.finfo(np.float64).tiny))
+            cell = cell_size(self.parcels.volume, self.parcels.thickness)
             merge_parcels(self.parcels, self.barriers, self.settings.most_parcels, cell)
 
     def relative_velocity(self, water: SurfaceFlow, time: float, duration: float) -> Array:

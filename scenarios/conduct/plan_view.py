@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from recordings.frame import Frame
 from scenarios.running.assembly import Assembly
-from scenarios.watch.oil_spots import AFLOAT, LOST, Spots, spots_of_parcels
+from scenarios.watch.oil_spots import AFLOAT, LOST, Spots, spots_of_slick
 
 MOST_SPOTS = 20_000  # [1] that a page draws smoothly; the cells of particles grow until they are fewer
 CELL = 2.0  # [1] smallest width of a cell, in particle spacings
@@ -21,7 +21,7 @@ def oil_spots(assembly: Assembly, frame: Frame) -> Spots:
     The frame must be that of the communication point at which the run is now.
     """
     if assembly.slick is not None:
-        return spots_of_parcels(assembly.slick.slick.parcels)
+        return spots_of_slick(assembly.slick.slick)
     fluid = assembly.fluid
     oils = [phase for name, phase in frame.phases.items() if name in assembly.description.oils]
     if not oils:

@@ -7,7 +7,8 @@ SI units, world frame with z up. A field in m/s may be written with the suffix `
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
@@ -27,6 +28,7 @@ LIGHTEST_WATER = 990.0  # [kg/m3]; fresh water at 20 C has 998
 COLDEST, WARMEST = -2.0, 40.0  # [degrees C] of the sea
 LABORATORY = 15.0  # [degrees C] at which a named oil is taken if no temperature is given
 LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
+Extent = tuple[Vector, Vector]
 SIDES: tuple[Side, ...] = get_args(Side)
 AIR_TENSION = 0.0728  # [N/m] of clean water in air at 20 C
 
@@ -248,6 +250,10 @@ class BlockFill(FillSettings):
         """Check that the box has a volume."""
         yield from above_lower(self.lower, self.upper)
 
+    def extent(self, tank: Tank) -> Extent:
+        """Return its lower and upper corner [m]."""
+        return self.lower, self.upper
+
 
 @dataclass(frozen=True, kw_only=True)
 class SlabFill(FillSettings):
@@ -261,6 +267,10 @@ class SlabFill(FillSettings):
         """Check that the layer has a thickness."""
         if not self.top > self.bottom:
             yield Problem("top", f"is {self.top:g}, allowed: above bottom = {self.bottom:g} m")
+
+    def extent(self, tank: Tank) -> Extent:
+        """Return its lower and upper corner [m] in a tank."""
+        return (*tank.lower[:2], self.bottom), (*tank.upper[:2], self.top)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -277,6 +287,14 @@ class CylinderFill(FillSettings):
         """Check that the axis has a direction."""
         yield from directed("axis", self.axis)
 
+    def extent(self, tank: Tank) -> Extent:
+        """Return lower and upper corner [m] of the box around it: half extents |a| h / 2 + r sqrt(1 - a^2), a the unit axis."""
+        length = math.hypot(*self.axis)
+        axis = [part / length for part in self.axis]
+        middle = [base + 0.5 * self.height * part for base, part in zip(self.base, axis, strict=True)]
+        half = [0.5 * self.height * abs(part) + self.radius * math.sqrt(max(0.0, 1.0 - part * part)) for part in axis]
+        return _around(middle, half)
+
 
 @dataclass(frozen=True, kw_only=True)
 class SphereFill(FillSettings):
@@ -285,6 +303,16 @@ class SphereFill(FillSettings):
     TAG: ClassVar[tuple[str, str]] = ("shape", "sphere")
     center: Vector = quantity("m")
     radius: float = quantity("m", above=0.0)
+
+    def extent(self, tank: Tank) -> Extent:
+        """Return lower and upper corner [m] of the box around it."""
+        return _around(self.center, (self.radius,) * 3)
+
+
+def _around(middle: Sequence[float], half: Sequence[float]) -> Extent:
+    """Return lower and upper corner [m] of a box, by its middle and its half lengths [m]."""
+    (x, y, z), (a, b, c) = middle, half
+    return (x - a, y - b, z - c), (x + a, y + b, z + c)
 
 
 Fill = BlockFill | SlabFill | CylinderFill | SphereFill

@@ -34,7 +34,8 @@ Array = NDArray[np.float64]
 
 # [s] below its limit, beside the held speed's window, after which a rise of that speed is told anew; chosen: not in each wave
 RESTED = 5.0
-LASTS = 3.0  # [1] windows of the held speed above its limit from which on it is no swing; chosen by the start-up swings of booms
+# [1] windows of the held speed above its limit from which on it is no swing; chosen by the start-up swings of booms
+LASTS = 3.0
 
 
 @dataclass(frozen=True)
@@ -197,21 +198,16 @@ class BoomScore:
         return notices
 
     def _announce_speed(self, time: float, held: float) -> None:
-        """Announce that the `held` speed [m/s] rises above its limit after a rest, and that it lasts after a swing that did not."""
+        """Announce that the `held` speed [m/s] stays above its limit, and anew after a rest below it; a swing alone is not told."""
         fast = held > PRACTICE_SPEED
         if fast != self._fast:
             self._fast, self._crossed = fast, time
-            self._told.discard("this rise")
-        lasts, window = time - self._crossed, self._held.window
-        normal = "water has run against the boom at more than 0.7 kn (normal to it) for"
-        if not fast and lasts >= window + RESTED:
-            self._told -= {"too fast", "too fast for long"}
-        if fast and "too fast" not in self._told:
-            self._told.add("this rise")
-            self._tell_once("too fast", True, f"{normal} {window:.2g} s")
-        if fast and lasts >= LASTS * window:
-            self._tell_once("too fast for long", "this rise" not in self._told, f"{normal} {LASTS * window:.2g} s")
-            self._told.add("too fast for long")
+        for_long, rested = LASTS * self._held.window, RESTED + self._held.window
+        lasts = time - self._crossed
+        text = f"water has run against the boom at more than 0.7 kn (normal to it) for {for_long:.2g} s"
+        self._tell_once("too fast", fast and lasts >= for_long, text)
+        if not fast and lasts >= rested:
+            self._told.discard("too fast")
 
     def _announce(self, time: float, report: ContainmentReport, speed: float) -> None:
         """Announce what happens for the first time; `time` [s] of the report, tow's `speed` [m/s]."""

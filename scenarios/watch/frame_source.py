@@ -101,7 +101,8 @@ class FrameReader:
         if world is None or sea is None:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
-        oil = [] if simulators.slick is None else [simulators.slick.slick.parcels.position]
+        parcels = None if simulators.slick is None else simulators.slick.slick.parcels
+        oil = [] if parcels is None else [parcels.position[parcels.there()]]
         around = np.concatenate([places, *oil])
         windows = [window for window in simulators.windows if window.settings.dimension == SPATIAL]
         if not windows:
@@ -120,7 +121,7 @@ class FrameReader:
 
     def _film(self, surface: SurfaceFrame) -> FilmFrame | None:
         slick = self._simulators.slick
-        return None if slick is None else self._sea_surface.film(surface, slick.slick.parcels)
+        return None if slick is None else self._sea_surface.film(surface, slick.slick)
 
     def _middles(self, time: float) -> dict[str, float]:
         """Return the place [m] of each window's middle at `time` [s], by the names of its series."""

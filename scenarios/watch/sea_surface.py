@@ -10,10 +10,10 @@ from scipy.ndimage import gaussian_filter
 
 from oilsim.sea import Sea
 from recordings.surface import FilmFrame, SurfaceFrame
-from scenarios.watch.oil_spots import spots_of_parcels
+from scenarios.watch.oil_spots import spots_of_slick
 
 if TYPE_CHECKING:
-    from oilsim.slick.parcels import Parcels
+    from oilsim.slick.slick import Slick
 
 Array = NDArray[np.float64]
 
@@ -38,9 +38,9 @@ class SeaSurface:
         x, y = (grid_lines(box[axis], box[axis + 2]) for axis in (0, 1))
         return SurfaceFrame(x=x, y=y, height=sea.grid_elevation(x, y, time).astype(np.float32), box=box)
 
-    def film(self, surface: SurfaceFrame, parcels: Parcels) -> FilmFrame:
-        """Return the oil of parcels as a film over the surface's box."""
-        spots = spots_of_parcels(parcels).astype(np.float64)
+    def film(self, surface: SurfaceFrame, slick: Slick) -> FilmFrame:
+        """Return the oil of a slick as a film over the surface's box."""
+        spots = spots_of_slick(slick).astype(np.float64)
         return FilmFrame(thickness=film_of(spots, surface.box), box=surface.box)
 
 

@@ -38,22 +38,25 @@ def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) ->
 
 
 def volume_within(slick: SlickParticipant, corners: NDArray[np.float64]) -> float:
-    """Return the oil [m3] on the water within a polygon of corners (K, 2) [m]."""
+    """Return the oil [m3] on the water and ashore within a polygon of corners (K, 2) [m]."""
     parcels = slick.slick.parcels
-    if not len(parcels):
+    there = parcels.there()
+    if not there.any():
         return 0.0
-    return float(parcels.volume[signed_distance(parcels.position, corners)[0] > 0.0].sum())
+    within = signed_distance(parcels.position[there], corners)[0] > 0.0
+    return float(parcels.volume[there][within].sum())
 
 
 def phase_of(slick: SlickParticipant, level: float, time: float) -> PhaseFrame:
-    """Return the parcels on the water as particles (N, 3) [m] at the surface's `level` [m], resolved ones where their particles are."""
+    """Return the parcels that no skimmer has taken as particles, at the surface's `level` [m], resolved ones where their particles are."""
     parcels = slick.slick.parcels
     position = np.column_stack([parcels.position, np.full(len(parcels), level)]).astype(np.float32)
     if slick.particles is not None:
         rows, places = slick.particles.places(parcels, time)
         position[rows] = places
     order = np.argsort(parcels.id, kind="stable")
-    return PhaseFrame(position=position[order], id=parcels.id[order].astype(np.uint32))
+    shown = order[parcels.there()[order]]
+    return PhaseFrame(position=position[shown], id=parcels.id[shown].astype(np.uint32))
 
 
 def lost_parcels(slick: SlickParticipant) -> dict[str, NDArray[np.uint32]]:

@@ -67,7 +67,7 @@ def test_a_plane_scenario_with_a_tank_of_any_depth_is_checked(entry: str) -> Non
 
 @pytest.mark.parametrize("length", ["1e6", "2147483648"])
 def test_hulls_longer_than_any_ship_are_refused(length: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", "tow-speed-ramp", "--set", f"vessels.starboard.length={length}"]) == 2
+    assert main(["check", "u-sweep", "--set", f"vessels.starboard.length={length}"]) == 2
     assert "at most 1000 m" in capsys.readouterr().err
 
 

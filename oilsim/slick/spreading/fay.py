@@ -25,10 +25,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST
 from oilsim.physical_constants import GRAVITY
+
+Array = NDArray[np.float64]
 
 # [1] coefficient of the radius in the regime of gravity and inertia; paper (Fay 1971, Hoult 1972); axisymmetric slick
 INERTIAL = 1.14
@@ -62,6 +66,11 @@ def joined_radius(
     inertial = gravity_inertia_radius(time, volume, buoyancy)
     viscous = gravity_viscous_radius(time, volume, buoyancy, water_viscosity)
     return max(min(inertial, viscous), surface_tension_radius(time, tension, water_density, water_viscosity))
+
+
+def final_thickness(volume: Array) -> Array:
+    """Compute the thickness [m] that volumes (N,) [m3] of oil keep at their final area (Fay 1971): V / (1e5 V^(3/4))."""
+    return np.asarray(volume**0.25 / FINAL_AREA)
 
 
 @njit(**FAST)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from oilsim.backend.disjoint_sets import find, join
 from oilsim.backend.jit import FAST
 from oilsim.slick.parcels import Parcels, Rows
-from oilsim.slick.spreading.fay import spreading_rate
+from oilsim.slick.spreading.fay import final_thickness, spreading_rate
 from oilsim.slick.spreading.thickness_grid import (
     AREA,
     EDGE,
@@ -43,8 +43,6 @@ PER_CELL = 9.0
 STABLE = 0.25
 # [1] parts of a step before the cells are made wider instead; numerical; bounds the cost of a step
 MOST_PARTS = 4
-# [m] below which a film does not spread any more; theory; a layer of molecules
-THINNEST = 1e-9
 # [1] h_m over the thickness that a volume element meets on average; theory; the profile (1 - r^2 / R^2)^(1/2)
 MEAN_SHARE = 8.0 / 9.0
 
@@ -116,7 +114,7 @@ def sum_slicks(columns, local, cells, slick, sums):
 def set_mobility(sums, liquids, mobility):
     """Fill mobility (K,) [1/(m s)] with M of each slick of sums (K, 6) [m3], and return the largest R dR/dt [m2/s].
 
-    A single parcel is no slick: it has no gradient but that of the grid. Nor is a film thinner than a molecule.
+    A single parcel is no slick: it has no gradient but that of the grid.
     """
     fastest = 0.0
     for number in range(sums.shape[0]):
@@ -125,8 +123,6 @@ def set_mobility(sums, liquids, mobility):
             continue
         volume = sums[number, 0]
         mean = MEAN_SHARE * sums[number, 1] / volume
-        if mean < THINNEST:
-            continue
         radius = math.sqrt(volume / (math.pi * mean))
         buoyancy = 1.0 - sums[number, 2] / volume / liquids.water_density
         rate = spreading_rate(
@@ -181,14 +177,18 @@ def _measure(position: Array, columns: Array, cell: float, liquids: Liquids) -> 
 
 
 def cell_size(volume: Array, thickness: Array) -> float:
-    """Return the width of cells [m] that hold `PER_CELL` parcels of volume (N,) [m3] where the oil is; thickness (N,) [m]."""
-    met = float((volume * thickness).sum() / volume.sum())
-    met = max(THINNEST, met)  # else scattered parcels widen their cells without end
+    """Return the width of cells [m] that hold `PER_CELL` parcels of volume (N,) [m3] where the oil is; thickness (N,) [m].
+
+    Scattered parcels count as thick as each is at its final area; they would widen their cells without end.
+    """
+    met = float((volume * np.maximum(thickness, final_thickness(volume))).sum() / volume.sum())
     return math.sqrt(PER_CELL * float(volume.mean()) / met)
 
 
 def spread(parcels: Parcels, rows: Rows, duration: float, liquids: Liquids) -> Array:
     """Compute where the parcels of rows (M,) have spread to after `duration` [s]: (M, 2) [m]; their thickness is renewed.
+
+    No parcel gets thinner than it is at its own final area: a film that is torn apart lies in patches.
 
     Raises ValueError for oil that is not lighter than the water.
     """
@@ -211,7 +211,7 @@ def spread(parcels: Parcels, rows: Rows, duration: float, liquids: Liquids) -> A
             measured = _measure(position, columns, cell, liquids)
         grid = measured.grid
         move_parcels(position, cell, grid.cells, grid.thickness, measured.slick, measured.mobility, duration / parts)
-    parcels.thickness[rows] = measured.local
+    parcels.thickness[rows] = np.maximum(measured.local, final_thickness(columns[0]))
     return position
 
 

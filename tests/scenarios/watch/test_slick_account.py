@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from oilsim.slick.loss_cause import LossCause
 from scenarios.build import build
 from scenarios.load import load_scenario
+from scenarios.watch.slick_account import phase_of, volume_within
 
 
 def test_what_particles_carry_past_is_resolved_and_what_is_put_back_is_told() -> None:
@@ -31,5 +33,30 @@ def test_what_particles_carry_past_is_resolved_and_what_is_put_back_is_told() ->
         assert boom.summary()["held_back_m3"] == pytest.approx(0.25)
         assert assembly.scoring.series()["metrics/oil_held_back"] == pytest.approx(0.25)
         assert any("put back (modelled)" in notice.text for notice in assembly.scoring.take_notices())
+    finally:
+        simulation.terminate()
+
+
+def test_what_a_skimmer_has_taken_is_neither_shown_nor_in_the_protected_area() -> None:
+    """Half of the oil is taken where it lies; the other half is all that pictures, maps and the area's score still have."""
+    assembly = build(load_scenario("j-sweep-skimmer").scenario)
+    simulation, slick = assembly.co_simulation(), assembly.slick
+    assert slick is not None
+    simulation.initialize()
+    try:
+        oil, parcels = slick.slick, slick.slick.parcels
+        whole, (x, y) = float(parcels.volume.sum()), parcels.position.mean(axis=0)
+        everywhere = np.array([[-1e3, -1e3], [1e3, -1e3], [1e3, 1e3], [-1e3, 1e3]])
+        assert volume_within(slick, everywhere) == pytest.approx(whole)
+        before = set(phase_of(slick, 0.0, 0.0).id.tolist())
+        taken = oil.recover((float(x), float(y)), 1e3, 0.5 * whole)
+        assert taken == pytest.approx(0.5 * whole)
+        shown = phase_of(slick, 0.0, 0.0)
+        assert volume_within(slick, everywhere) == pytest.approx(0.5 * whole)
+        assert len(shown.position) == int(parcels.there().sum()) < len(before)
+        assert np.linalg.norm(shown.position[:, :2] - [x, y], axis=1).min() > 0.5  # the nearest went first
+        oil.recover((float(x), float(y)), 1e3, whole)
+        assert volume_within(slick, everywhere) == 0.0
+        assert len(phase_of(slick, 0.0, 0.0).id) == 0
     finally:
         simulation.terminate()
