@@ -11,7 +11,7 @@ _TONNES_FROM = 1000.0  # [N] from which it is written in tonnes too
 CAUSE_IN_WORDS: Mapping[str, str] = {
     "entrainment": "swept under the skirt",
     "drainage": "drained under the skirt",
-    "critical_accumulation": "thick oil, drawn under the skirt",
+    "critical_accumulation": "drawn under the skirt as thick oil",
     "planing": "slipped under the leaning skirt",
     "submergence": "ran over the boom, which was under water",
     "splash_over": "splashed over the boom",

@@ -84,7 +84,7 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Grade:
-    """The letter, its share of the points, the reason if the letter was capped, and all findings."""
+    """The letter, its share of the points, the reason if the letter was capped, and all findings; no letter where no criterion counts."""
 
     letter: str
     share: float
@@ -258,7 +258,9 @@ def grade(history: BoomHistory, settings: Mapping[str, CriterionSettings] | None
         findings.append(Finding(criterion=criterion, value=value, verdict=verdict))
     judged = [(finding.criterion.weight, finding.verdict) for finding in findings if finding.verdict is not None]
     total = sum(weight for weight, _ in judged)
-    share = sum(weight * _POINTS[verdict] for weight, verdict in judged) / total if total else 0.0
+    if not total:
+        return Grade(letter="", share=0.0, capped_by="", findings=tuple(findings))
+    share = sum(weight * _POINTS[verdict] for weight, verdict in judged) / total
     letter = next(letter for letter, least in LETTERS if share >= least)
     missed = [f.criterion.title for f in findings if f.criterion.decisive and f.verdict == "missed"]
     capped = bool(missed) and letter < CAP

@@ -40,7 +40,7 @@ class KeyMoment:
 
 
 def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMoment]:
-    """Choose beginning and end, and up to four moments between them: orders, warnings, the highest tension."""
+    """Choose beginning and end, and up to four moments between them: what booms warn of, then orders, then the highest tension."""
     steps = recorded_steps(replay)
     times = np.array([time for _, time in steps])
     told = _gathered(replay, histories, float(times[0]) if len(times) else 0.0, float(times[-1]) if len(times) else 0.0)
@@ -101,7 +101,8 @@ def _gathered(
         said = deck_text(replay, event)
         text = f"{event.source}: {said}" if event.source else said
         pressing = event.level != "info" or (event.source in _ORDERS and event.time > begin)
-        happenings.append((event.time, 2 if pressing else 1, text))
+        urgent = event.level != "info" and event.source.startswith("boom ")  # losses, above all
+        happenings.append((event.time, 3 if urgent else 2 if pressing else 1, text))
     for history in histories:
         happenings += _highest_tension(history)
     groups: list[list[tuple[float, int, str]]] = []

@@ -133,6 +133,7 @@ def _environment() -> Environment:
     )
     environment.filters["figure"] = three_figures
     environment.filters["measured"] = _measured
+    environment.filters["knots"] = _knots
     return environment
 
 
@@ -276,9 +277,11 @@ def _changes(replay: Replay) -> str:
 def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
     return {
         chapter.history.boom.name: {
-            "grade": chapter.grade.letter,
+            "grade": chapter.grade.letter or None,
             "share": chapter.grade.share,
             "capped_by": chapter.grade.capped_by,
+            "first_loss_kn": _in_knots(chapter.history.loss_speeds.first_loss),
+            "gross_loss_kn": _in_knots(chapter.history.loss_speeds.gross_loss),
             "findings": {
                 finding.criterion.key: {
                     "value": finding.value if finding.value is None or math.isfinite(finding.value) else None,
@@ -293,6 +296,10 @@ def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
         }
         for chapter in chapters
     }
+
+
+def _in_knots(speed: float | None) -> float | None:
+    return None if speed is None else speed / KNOT
 
 
 def _knots(speed: float | None) -> str:

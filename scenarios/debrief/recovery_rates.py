@@ -22,6 +22,7 @@ from scenarios.debrief.loss_curve import MODELLED_COLOR, RESOLVED_COLOR
 from scenarios.debrief.measures import met_volume, recovered_volume, skimmed_fluid
 
 Array = NDArray[np.float64]
+ROUND_OFF = 1e-12  # [1] of a volume, by which a rate of 0 may miss it
 WINDOW = 60.0  # [s] before an instant over which its rates are means; a pool of oil fills and empties within minutes
 
 
@@ -33,6 +34,7 @@ def rate(time: Array, volume: Array, window: float = WINDOW) -> Array:
     begin = np.maximum(time - window, time[0])
     duration = time - begin
     grown = volume - np.interp(begin, time, volume)
+    grown[np.abs(grown) < ROUND_OFF * np.abs(volume).max(initial=0.0)] = 0.0
     return np.divide(grown, duration, out=np.zeros_like(grown), where=duration > 0.0)
 
 

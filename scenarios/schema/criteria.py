@@ -13,7 +13,7 @@ from oilsim.quantity import quantity
 from scenarios.problems import Problem, suggestion, unknown
 from scenarios.schema.parsing.quantity_fields import Section
 
-Deployment = Literal["sweep", "funnel", "containment", "exclusion", "diversion"]
+Deployment = Literal["sweep", "funnel", "containment", "exclusion", "diversion", "trial"]
 Statistic = Literal["end", "mean", "largest", "smallest"]
 
 # key: limit up to which it is met, limit up to which it is partly met, weight
@@ -59,8 +59,9 @@ CRITERIA_OF: Mapping[str, tuple[str, ...]] = {
     "containment": ("held", "deployed", "connected", *_ANY_BOOM),
     "exclusion": ("clean", *_ANY_BOOM),
     "diversion": ("led", *_ANY_BOOM),
+    "trial": (),
 }
-"""Keys of the criteria that count for each kind of deployment, in the order of the page."""
+"""Keys of the criteria that count for each kind of deployment, in the order of the page; a trial rates the boom, not the crew."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -242,7 +242,8 @@ class BoomSettings(Section):
                         the shape that it takes in this stream, also between ends that are not abreast (J, diversion)
     deployment          how the debrief grades it: "sweep" meets and holds oil under way, "funnel" hands it at its free end to a boom that
                         follows, "containment" holds it between moorings, "exclusion" keeps oil out of `area`, "diversion" leads oil into
-                        `area`; the default is a sweep if a vessel holds an end, else a containment
+                        `area`, "trial" finds the speeds at which it loses oil, without a grade; the default is a sweep if a vessel
+                        holds an end, else a containment
     fed_by              names of the funnels whose oil the boom is to meet
     area                three or more corners (x, y) [m] of the water that an exclusion keeps clean, or to which a diversion leads the oil
     berth               (x, y) [m] to which the crew brings the second end; the debrief tells when it lies there

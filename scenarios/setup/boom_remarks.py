@@ -21,6 +21,8 @@ from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.fleet import bulge_of
 
+# [1] cosine up to which a current runs along the line between the ends; numerical; far above rounding
+ALONG = 1e-6
 # [-] of the current's speed and [m/s], by which water at the start may differ from the current before it is said; chosen
 START_SHARE, START_SLACK = 0.2, 0.02
 
@@ -93,16 +95,19 @@ def _ends(boom: BoomSettings, scenario: Scenario) -> list[Sequence[float]]:
 
 
 def _bulge_in_words(boom: BoomSettings, scenario: Scenario) -> str:
-    """Say to which side a boom between fixed points is laid; empty for one with a vessel at an end."""
+    """Say to which side a boom between fixed points is laid; empty for one with a vessel at an end, and where it is the current's side."""
     first, second = boom.ends
     if isinstance(first, str) or isinstance(second, str):
         return ""
     side = 0.5 * math.pi if bulge_of(boom, scenario) == "left" else -0.5 * math.pi
     toward = math.atan2(second[1] - first[1], second[0] - first[0]) + side
+    current = scenario.forcing.current
+    with_it = 0.0 if current is None or current.speed == 0.0 else math.cos(current.direction - toward)
+    if with_it > ALONG:
+        return ""
     bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing
     text = f"it is laid so that it bulges towards {course_in_words(toward, bearing)} degrees of the compass"
-    current = scenario.forcing.current
-    if current is not None and math.cos(current.direction - toward) < -1e-6 and current.speed > 0.0:
+    if with_it < -ALONG:
         text += ", against the current, which will swing it over"
     return text
 

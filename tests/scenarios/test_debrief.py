@@ -27,7 +27,7 @@ from scenarios.debrief.measures import connected, deployed, over_by_segment, rec
 from scenarios.debrief.page import write_debrief
 from scenarios.debrief.recovery_rates import rate, rate_figures, rates_diagram
 from scenarios.problems import ScenarioError
-from scenarios.schema.criteria import CriterionSettings
+from scenarios.schema.criteria import CRITERIA_OF, CriterionSettings
 
 FRAMES = 21
 CURRENT = 0.1  # [m/s] along -x
@@ -202,6 +202,41 @@ def test_a_trainers_own_limits(history: BoomHistory, tmp_path: Path) -> None:
     judged = grade(history, read_criteria(file))
     assert judged.share == pytest.approx((3 + 2 + 1 + 1 + 1 + 0.5 + 1) / 10)
     assert judged.letter == "A"
+
+
+def test_a_trial_has_speeds_and_no_grade(recording: Path, history: BoomHistory, tmp_path: Path) -> None:
+    """A boom that is tried is rated, not its crew; a criterion that a trainer adds counts all the same."""
+    trial = replace(history, boom=replace(BOOM, deployment="trial"))
+    judged = grade(trial)
+    assert (judged.letter, judged.findings) == ("", ())
+    assert grade(trial, {"lean": CriterionSettings(weight=1.0)}).letter == "A"
+    nothing = dict.fromkeys(CRITERIA_OF["sweep"], CriterionSettings(weight=0.0))
+    assert grade(history, nothing).letter == ""
+    limits = "".join(f"[{key}]\nweight = 0\n" for key in nothing)
+    (tmp_path / "none.toml").write_text(limits)
+    page = write_debrief(recording, tmp_path / "out", read_criteria(tmp_path / "none.toml")).read_text(encoding="utf-8")
+    assert "<h2>Result</h2>" in page and "<h2>Grade</h2>" not in page and "no criterion counts" in page
+    assert page.count("not reached<div") == 2
+    saved = json.loads((tmp_path / "out" / "grade.json").read_text())["main"]
+    assert (saved["grade"], saved["first_loss_kn"]) == (None, None)
+
+
+def test_a_loss_is_a_key_moment_whatever_is_ordered_before(recording: Path) -> None:
+    """Nine orders, and then the gross loss."""
+    replay = Replay(recording)
+    orders = [
+        Event(time=0.2 * k, text="orders tow.speed_kn=1", level="info", source="instructor") for k in range(1, 10)
+    ]
+    loss = Event(time=1.7, text="has lost its oil", level="warning", source="boom main")
+    replay.__dict__["events"] = [*orders[:7], loss, *orders[7:]]
+    told = [text for moment in key_moments(replay, []) for text in moment.captions]
+    assert any("has lost its oil" in text for text in told)
+
+
+def test_a_rate_of_zero_is_zero(history: BoomHistory) -> None:
+    """A volume that stays as it is has no rate, whatever the rounding of the instants between."""
+    time = np.cumsum(np.full(400, 0.1))
+    assert (rate(time, np.full(400, 0.2437)) == 0.0).all()
 
 
 def test_criteria_fit_the_kind_of_deployment(history: BoomHistory) -> None:
