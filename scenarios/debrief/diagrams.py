@@ -145,7 +145,7 @@ def skirt_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     draft.plot(
         history.time, np.median(share, axis=1), color=_LINES[2], alpha=0.5, linewidth=1.2, label="median segment"
     )
-    draft.set_title(f"Draft of the skirt, as a share of its depth of {history.boom.skirt_depth:g} m", loc="left")
+    draft.set_title(f"Draft of the skirt, of {history.boom.skirt_depth:g} m", loc="left")
     draft.set_ylabel("%")
     gap.plot(history.time, history.gap_ratio, color=_LINES[3], linewidth=1.4)
     gap.axhline(1.0 / 3.0, color="#7b8791", linewidth=1.0, linestyle="--")

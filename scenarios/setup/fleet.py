@@ -47,6 +47,8 @@ RAKE = 0.15  # length of the slope at each end of a barge, in lengths of the bar
 TOWING_BANDWIDTH = (
     3.0  # [rad/s], bandwidth of the speed loop; three times a free vessel's: boom and entrained water are heavier
 )
+# [rad] bandwidth of the speed loop in waves, times their period; chosen; no engine works against each wave: it takes a sixth off their surge
+PATIENCE = 0.5
 LINE_RELAXATION_TIME = (
     0.02  # [s], relaxation time of an elastic line, which damps a segment's oscillation within a period or two
 )
@@ -162,7 +164,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level
         screws=settings.screws,
         drive=None if settings.drive is None else _drive(settings, hull),
         hull_forces=None if scenario.run.has_particles else HullForces(hull, settings.skeg_area),
-        gains=_gains(settings),
+        gains=_gains(settings, scenario.wave_period),
         superstructure=_superstructure(settings, hull) if in_wind or not scenario.run.has_particles else None,
         windage=Windage(hull.mesh, water_level) if in_wind else None,
     )
@@ -175,13 +177,15 @@ def _drive(settings: VesselSettings, hull: Hull) -> DriveModel:
     return DriveModel(Drive(**values), hull.length, settings.bollard_pull, hull.water_density)
 
 
-def _gains(settings: VesselSettings) -> ControlGains:
+def _gains(settings: VesselSettings, wave_period: float) -> ControlGains:
+    """Return the gains of a vessel in waves of that period [s], 0 without waves."""
+    towing = min(TOWING_BANDWIDTH, PATIENCE / wave_period) if wave_period else TOWING_BANDWIDTH
     if settings.drive is None:
-        return ControlGains(acceleration=settings.acceleration, speed_bandwidth=TOWING_BANDWIDTH)
+        return ControlGains(acceleration=settings.acceleration, speed_bandwidth=towing)
     steering = RUDDER_BANDWIDTH * math.sqrt(REFERENCE_LENGTH / settings.length)
     return ControlGains(
         acceleration=settings.acceleration,
-        speed_bandwidth=TOWING_BANDWIDTH,
+        speed_bandwidth=towing,
         heading_bandwidth=steering,
         lane_bandwidth=steering,
     )

@@ -189,3 +189,18 @@ def test_wrong_drives_are_told_at_once() -> None:
     assert "is 0.5, allowed: diameter = 1 m or more with 2 screws" in str(caught.value)
     with pytest.raises(ScenarioError, match="yaw_moment is missing, allowed: yaw_moment, or a drive"):
         scenario_from(tomllib.loads(BASE + "legs = [{ speed = 1.0, heading = 0.0 }]\n"))
+
+
+def test_a_helmsman_in_waves_keeps_the_speed_and_does_not_work_against_each_wave() -> None:
+    """Waves of 0.4 m and 4 s from ahead: 0.5 m/s in the mean of ten waves, with a tenth of the pull to either side; the hull surges."""
+    order = "yaw_moment = 200000.0\nside_thrust = 12000.0\nlegs = [{speed = 0.5, heading_deg = 0.0, through = [0.0, 0.0]}]\n"
+    waves = '[sea.waves]\nkind = "regular"\nheight = 0.4\nperiod = 4.0\ndirection_deg = 180.0\n'
+    trial, thrust = Trial(BASE + order + waves), []
+    trial.run(60.0)
+    for _ in range(200):
+        trial.run(0.2)
+        thrust.append(float(trial.control.get("tug.thrust")))
+    surge = trial.motion[-200:, 3]
+    assert surge.mean() == pytest.approx(0.5, abs=0.01)
+    assert np.ptp(surge) > 0.2
+    assert np.abs(thrust).max() < 0.2 * 40000.0
