@@ -47,7 +47,7 @@ RAKE = 0.15  # length of the slope at each end of a barge, in lengths of the bar
 TOWING_BANDWIDTH = (
     3.0  # [rad/s], bandwidth of the speed loop; three times a free vessel's: boom and entrained water are heavier
 )
-# [rad] bandwidth of the speed loop in waves, times their period; chosen; no engine works against each wave: it takes a sixth off their surge
+# [rad] bandwidth of the speed loop in waves, times their period; chosen; no engine works against each wave; it takes a sixth off the surge
 PATIENCE = 0.5
 LINE_RELAXATION_TIME = (
     0.02  # [s], relaxation time of an elastic line, which damps a segment's oscillation within a period or two
