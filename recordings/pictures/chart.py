@@ -14,7 +14,7 @@ from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from scipy.ndimage import gaussian_filter
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull, KDTree, QhullError
 
 from recordings import entity_paths, palette
 from recordings.exercise import GROUND
@@ -28,6 +28,7 @@ Points = npt.NDArray[np.floating]
 _FLAT = 0.2  # a scene is seen from the side if its width is less than this fraction of its length
 _FEWEST = 10  # fewer particles than this get no outline
 _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
+_USUAL = 0.9  # [1] of the parcels; the others are stragglers
 _FAINT = 0.35
 _NAME = "name of a vessel"  # mark of its text
 WINDOW = "outline of a window of particles"  # mark of its patch
@@ -141,13 +142,21 @@ def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, st
 
 
 def draw_outline(axes: Axes, points: Points, spacing: float, style: str, color: str = "#5b3413") -> None:
-    """Draw the outline of the oil (N, 2) [m]: the line at which half of the cells around hold oil."""
+    """Draw the outline of the oil (N, 2) [m]: the line at which half of the cells around hold oil.
+
+    Cells are as wide as parcels lie apart, which may be farther than a particle's `spacing` [m].
+    """
     if len(points) < _FEWEST:
         return
-    amount, x_edges, y_edges = _density(points, _OUTLINE_CELLS * spacing)
+    amount, x_edges, y_edges = _density(points, _OUTLINE_CELLS * max(spacing, _apart(points)))
     smooth = gaussian_filter(np.minimum(amount, 1.0), 0.7)
     middle = (0.5 * (x_edges[1:] + x_edges[:-1]), 0.5 * (y_edges[1:] + y_edges[:-1]))
     axes.contour(*middle, smooth.T, levels=[0.5], colors=[color], linestyles=style, linewidths=1.1, zorder=4)
+
+
+def _apart(points: Points) -> float:
+    """Return the distance [m] to the nearest other point (N, 2) [m] that all but a tenth of them do not exceed."""
+    return float(np.quantile(KDTree(points).query(points, k=2)[0][:, 1], _USUAL))
 
 
 def _density(points: Points, cell: float) -> tuple[Points, Points, Points]:
