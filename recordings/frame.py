@@ -304,3 +304,10 @@ class Event:
     def __post_init__(self) -> None:
         if self.level not in EVENT_LEVELS:
             raise ValueError(f"event level is {self.level!r}, allowed: {', '.join(EVENT_LEVELS)}")
+
+    @property
+    def urgency(self) -> int:
+        """2 for what a boom warns of, losses above all, 1 for other warnings, 0 for the rest; a page with little room shows the most urgent."""
+        if self.level == "info":
+            return 0
+        return 2 if self.source.startswith("boom ") else 1

@@ -30,8 +30,10 @@ _LEGEND_SIZES = (
 
 
 def draw_events(axes: Axes, events: Sequence[Event], span: tuple[float, float]) -> None:
-    """Write the last few events with their numbers, and below them the numbers at their times; span [s] of the axis."""
-    shown = events[-_NAMED_EVENTS:]
+    """Write the few most urgent events, of equals the last, and below them their numbers at their times; span [s] of the axis."""
+    shown = sorted(
+        sorted(events, key=lambda event: (event.urgency, event.time))[-_NAMED_EVENTS:], key=lambda event: event.time
+    )
     axes.set_ylim(-1.8, _NAMED_EVENTS - 0.5)
     axes.set_axis_off()
     for place, event in enumerate(shown):

@@ -100,9 +100,8 @@ def _gathered(
             continue
         said = deck_text(replay, event)
         text = f"{event.source}: {said}" if event.source else said
-        pressing = event.level != "info" or (event.source in _ORDERS and event.time > begin)
-        urgent = event.level != "info" and event.source.startswith("boom ")  # losses, above all
-        happenings.append((event.time, 3 if urgent else 2 if pressing else 1, text))
+        ordered = 1 if event.source in _ORDERS and event.time > begin else 0
+        happenings.append((event.time, 1 + max(event.urgency, ordered), text))
     for history in histories:
         happenings += _highest_tension(history)
     groups: list[list[tuple[float, int, str]]] = []
