@@ -307,7 +307,7 @@ class Event:
 
     @property
     def urgency(self) -> int:
-        """2 for what a boom warns of, losses above all, 1 for other warnings, 0 for the rest; a page with little room shows the most urgent."""
+        """2 for what a boom warns of, losses above all, 1 for other warnings, else 0; a page with little room shows the most urgent."""
         if self.level == "info":
             return 0
         return 2 if self.source.startswith("boom ") else 1

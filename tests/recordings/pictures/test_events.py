@@ -12,7 +12,7 @@ def shown(events: list[Event]) -> list[str]:
     """Return the texts that are written, without the numbers at the axis."""
     axes = Figure().subplots()
     draw_events(axes, events, (0.0, 100.0))
-    return [text.get_text() for text in axes.texts if " s  " in text.get_text()]
+    return [text.get_text() for text in axes.texts if " s " in text.get_text()]
 
 
 def test_losses_are_shown_whatever_is_ordered_after_them() -> None:
@@ -20,7 +20,7 @@ def test_losses_are_shown_whatever_is_ordered_after_them() -> None:
     loss = Event(25.0, "has lost more than 0.5 % of its oil", "warning", "boom main")
     inject = Event(5.0, "the wind freshens", "warning", "inject wind")
     told = shown([inject, *orders[:2], loss, *orders[2:]])
-    assert [text.partition(" s  ")[0] for text in told] == ["5.0", "25.0", "60.0", "70.0"]
+    assert [text.partition(" s ")[0] for text in told] == ["5.0", "25.0", "60.0", "70.0"]
     assert "has lost" in told[1]
 
 
