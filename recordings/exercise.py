@@ -26,7 +26,7 @@ class BoomDescription:
     joint_points     both ends of a segment in its own frame [m]
     full_tension     [N] at which the colour scale of the boom ends: the bollard pull of the vessels that tow it, or the tension of a
                      boom between fixed ends by formula at 0.7 knots
-    deployment       kind of exercise: "sweep", "funnel", "containment", "exclusion" or "diversion"
+    deployment       kind of exercise: "sweep", "funnel", "containment", "exclusion", "diversion" or "trial"
     blockage         part [-] of the water's section that the boom, and what tows it, fill across their way; 0 if it was not recorded
     fed_by           names of the funnels whose oil it is to meet
     skimmers         names of the skimmers that may take its oil, those on other booms not; None if it was not recorded

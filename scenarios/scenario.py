@@ -8,6 +8,7 @@ heading, ``from_compass`` for where wind or waves come from, ``toward_compass`` 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -98,6 +99,19 @@ class Scenario(Section):
         if waves is None:
             return 0.0
         return waves.peak_period if isinstance(waves, JonswapSeaWaves) else waves.period
+
+    @property
+    def orbital_speed(self) -> float:
+        """Speed pi H / T [m/s] at which the water of the waves swings at the surface of deep water; 0 without waves."""
+        weather = self.forcing if self.run.has_particles else self.sea
+        waves = None if weather is None else weather.waves
+        if waves is None:
+            return 0.0
+        return (
+            math.pi
+            * (waves.significant_height if isinstance(waves, JonswapSeaWaves) else waves.height)
+            / self.wave_period
+        )
 
     @property
     def coarsest_spacing(self) -> float | None:

@@ -19,7 +19,7 @@ from coupling.participant import Causality, Status, StepResult, Variable, checke
 from oilsim.forcing import Wind
 from oilsim.quantity import Quantity, quantities, quantity, quantity_of, require
 from vessels.course import Course, CourseLeg, wrap_angle
-from vessels.vessel import Vessel, moved_by, planar_motion
+from vessels.vessel import ControlGains, Vessel, moved_by, planar_motion
 
 Array = NDArray[np.float64]
 HELM_ORDERS = {"speed_order": quantities(CourseLeg)["speed"], "heading_order": quantities(CourseLeg)["heading"]}
@@ -113,6 +113,12 @@ class VesselControl:
         """Follow the legs of `course` from the next step on; the leg that holds then begins anew."""
         self.vessel, self._course = replace(self.vessel, course=course), course
         self._state.leg = -1
+
+    def retune(self, gains: ControlGains) -> None:
+        """Use other gains from now on; the thrust that the integral of the speed holds stays as it is."""
+        share = self.vessel.gains.speed_bandwidth / gains.speed_bandwidth
+        self._state.speed_integral *= share * share
+        self.vessel = replace(self.vessel, gains=gains)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Choose the wrench that acts from `time` to `time + step_size` [s]."""

@@ -160,6 +160,28 @@ def first_crossings(origin: Array, target: Array, sweep: Sweep) -> Crossings:
     return found
 
 
+@njit(**EXACT)
+def find_nearest(points, start, end, distance):
+    """Fill distance (N,) [m] with that of points (N, 2) from the nearest of the segments from start to end (S, 2) [m]."""
+    for n in range(points.shape[0]):
+        nearest = math.inf
+        for s in range(start.shape[0]):
+            way_x, way_y = end[s, 0] - start[s, 0], end[s, 1] - start[s, 1]
+            x, y = points[n, 0] - start[s, 0], points[n, 1] - start[s, 1]
+            square = way_x * way_x + way_y * way_y
+            along = min(max((x * way_x + y * way_y) / square, 0.0), 1.0) if square > 0.0 else 0.0
+            x, y = x - along * way_x, y - along * way_y
+            nearest = min(nearest, x * x + y * y)
+        distance[n] = math.sqrt(nearest)
+
+
+def distance_to_barriers(points: Array, barriers: Barriers) -> Array:
+    """Return the distances (N,) [m] of points (N, 2) [m] from the nearest segment of all barriers; infinite without any."""
+    distance = np.empty(len(points))
+    find_nearest(np.ascontiguousarray(points), barriers.start, barriers.end, distance)
+    return distance
+
+
 def beside(barriers: Barriers, segment: Rows, along: Array, side: Rows, sweep: Sweep) -> Array:
     """Return points (N, 2) [m] a standoff beside segments (N,), at shares along (N,) [-] or as near as corners allow.
 

@@ -19,13 +19,13 @@ look                        time [s]: the state nearest to it, for a page that l
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from scenarios.problems import Problem, ScenarioError
+from scenarios.text.json_object import read_object
 
 LONGEST = 16 * 1024  # [bytes] of a message from a page
 MOST_SETTINGS = 50  # [1] in an order
@@ -60,16 +60,13 @@ class Command:
     entries: Mapping[str, Any]
 
 
-def read_object(text: str | bytes) -> dict[str, Any]:
+def read_message(text: str | bytes) -> dict[str, Any]:
     """Read a message; ScenarioError for one that is too long or no JSON object."""
     raw = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
     if len(raw) > LONGEST:
         raise _refused("the message", f"has {len(raw)} bytes, allowed: up to {LONGEST}")
-    try:
-        data = json.loads(raw)
-    except (ValueError, RecursionError):
-        data = None
-    if not isinstance(data, dict):
+    data = read_object(raw)
+    if data is None:
         raise _refused("the message", "cannot be read, allowed: a JSON object")
     return data
 

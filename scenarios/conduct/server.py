@@ -28,7 +28,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from recordings.sink.web_viewer import WebViewer
 from scenarios.conduct.access import Access, Role
-from scenarios.conduct.commands import read_command, read_object
+from scenarios.conduct.commands import read_command, read_message
 from scenarios.conduct.page_link import PageLink
 from scenarios.conduct.session import Session
 from scenarios.conduct.viewer_files import ViewerFiles, other_origin, policy
@@ -120,7 +120,7 @@ class PageServer:
         self._strangers += 1
         try:
             async with asyncio.timeout(FIRST_WORD):
-                data = read_object(await socket.receive_text())
+                data = read_message(await socket.receive_text())
         except (ScenarioError, KeyError):
             return None
         finally:
@@ -156,7 +156,7 @@ class PageServer:
         loop = asyncio.get_running_loop()
         while faults < MOST_FAULTS:
             try:
-                data = read_object(await page.socket.receive_text())
+                data = read_message(await page.socket.receive_text())
             except (ScenarioError, KeyError):
                 faults += 1
                 page.answer(0, problems=[["the message", "cannot be read, allowed: a command, as a JSON object"]])

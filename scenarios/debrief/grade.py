@@ -84,7 +84,7 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Grade:
-    """The letter, its share of the points, the reason if the letter was capped, and all findings; no letter where no criterion counts."""
+    """The letter, none if no criterion was judged, its share of the points, the reason if the letter was capped, and all findings."""
 
     letter: str
     share: float

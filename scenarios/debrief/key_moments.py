@@ -93,7 +93,7 @@ def is_technical(event: Event) -> bool:
 def _gathered(
     replay: Replay, histories: Sequence[BoomHistory], begin: float, end: float
 ) -> list[tuple[float, tuple[str, ...]]]:
-    """Gather the times and captions of the moments, in order; events close together are one moment, and the most urgent are kept."""
+    """Gather times and captions of the moments, in order; events close together are one. The most urgent are kept, of equals the last."""
     happenings = [(begin, 1, "the exercise begins"), (end, 0, "the exercise ends")]
     for event in replay.events:
         if is_technical(event):
@@ -111,7 +111,7 @@ def _gathered(
             groups[-1].append(happening)
         else:
             groups.append([happening])
-    between = sorted(groups[1:-1], key=lambda group: -max(weight for _, weight, _ in group))[: _MOST - 2]
+    between = sorted(groups[1:-1], key=lambda group: (max(weight for _, weight, _ in group), group[0][0]))[2 - _MOST :]
     kept = [groups[0], *sorted(between), *([groups[-1]] if len(groups) > 1 else [])]
     return [_shown(group, begin) for group in kept]
 

@@ -278,7 +278,7 @@ def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
     return {
         chapter.history.boom.name: {
             "grade": chapter.grade.letter or None,
-            "share": chapter.grade.share,
+            "share": chapter.grade.share if chapter.grade.letter else None,
             "capped_by": chapter.grade.capped_by,
             "first_loss_kn": _in_knots(chapter.history.loss_speeds.first_loss),
             "gross_loss_kn": _in_knots(chapter.history.loss_speeds.gross_loss),

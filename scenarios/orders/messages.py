@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 from scenarios.problems import Problem
+from scenarios.text.json_object import read_object
 
 Kind = Literal["order", "pause", "go-on", "step", "pace", "mark", "end"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -64,11 +65,8 @@ def read_request(line: bytes, token: str) -> Request:
     """Read a request; Refused for one that is none, or comes without the token."""
     if not line.endswith(b"\n"):
         raise Refused(Problem("the request", "ends too early, allowed: one whole line of JSON"))
-    try:
-        data = json.loads(line)
-    except (ValueError, RecursionError):
-        data = None
-    if not isinstance(data, dict):
+    data = read_object(line)
+    if data is None:
         raise Refused(Problem("the request", "cannot be read, allowed: one line of JSON, an object"))
     if not hmac.compare_digest(str(data.get("token", "")).encode("utf-8", "replace"), token.encode()):
         raise Refused(Problem("token", "is not that of this run, allowed: the one on its card"))

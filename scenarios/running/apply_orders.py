@@ -19,7 +19,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.exercise import joint_name
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.particle_free import without_particles
-from scenarios.setup.fleet import course_of, water_density
+from scenarios.setup.fleet import course_of, gains_of, water_density
 from scenarios.setup.fluid import forcings_of, pipe_of, pipe_problems
 from scenarios.setup.moorings import leg_name, tie_name
 from scenarios.signals.weather_inputs import set_current, set_wind
@@ -41,6 +41,10 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         course = course_of(scenario.vessels[control.vessel.name], scenario)
         if course is not None and course != control.vessel.course:
             control.change_course(course)
+        mass = control.vessel.hull.mass_properties.mass
+        gains = gains_of(scenario.vessels[control.vessel.name], mass, felt.orbital_speed)
+        if gains != control.vessel.gains:
+            control.retune(gains)
     for station in assembly.parts.controls.values():
         ordered = scenario.vessels[station.vessel.name]
         station.vessel = replace(station.vessel, engine_runs=any(ordered.screws), screws=ordered.screws)

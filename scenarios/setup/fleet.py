@@ -33,7 +33,7 @@ from scenarios.setup.boom_lines import lay_off_reel, reel_line, reel_name, strun
 from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
 from scenarios.setup.solids.placed_solids import Solid
 from vessels.course import Course, CourseLeg, course_through
-from vessels.drive import Drive, DriveModel
+from vessels.drive import ASTERN, Drive, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
 from vessels.hull_forces import HullForces
 from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
@@ -47,8 +47,8 @@ RAKE = 0.15  # length of the slope at each end of a barge, in lengths of the bar
 TOWING_BANDWIDTH = (
     3.0  # [rad/s], bandwidth of the speed loop; three times a free vessel's: boom and entrained water are heavier
 )
-# [rad] bandwidth of the speed loop in waves, times their period; chosen; no engine works against each wave; it takes a sixth off the surge
-PATIENCE = 0.5
+# [1] of the thrust astern, by which an engine swings at most as its hull surges in waves; chosen; else one side is cut, and that drives
+SWING = 0.5
 LINE_RELAXATION_TIME = (
     0.02  # [s], relaxation time of an elastic line, which damps a segment's oscillation within a period or two
 )
@@ -150,7 +150,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level
         hull=hull,
         propulsion=Propulsion(
             bollard_pull=settings.bollard_pull,
-            astern_pull=0.5 * settings.bollard_pull,
+            astern_pull=ASTERN * settings.bollard_pull,
             yaw_moment=STEERING * settings.length * settings.bollard_pull
             if settings.yaw_moment is None
             else settings.yaw_moment,
@@ -164,7 +164,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level
         screws=settings.screws,
         drive=None if settings.drive is None else _drive(settings, hull),
         hull_forces=None if scenario.run.has_particles else HullForces(hull, settings.skeg_area),
-        gains=_gains(settings, scenario.wave_period),
+        gains=gains_of(settings, hull.mass_properties.mass, scenario.orbital_speed),
         superstructure=_superstructure(settings, hull) if in_wind or not scenario.run.has_particles else None,
         windage=Windage(hull.mesh, water_level) if in_wind else None,
     )
@@ -177,9 +177,15 @@ def _drive(settings: VesselSettings, hull: Hull) -> DriveModel:
     return DriveModel(Drive(**values), hull.length, settings.bollard_pull, hull.water_density)
 
 
-def _gains(settings: VesselSettings, wave_period: float) -> ControlGains:
-    """Return the gains of a vessel in waves of that period [s], 0 without waves."""
-    towing = min(TOWING_BANDWIDTH, PATIENCE / wave_period) if wave_period else TOWING_BANDWIDTH
+def gains_of(settings: VesselSettings, mass: float, orbital_speed: float) -> ControlGains:
+    """Return the gains of a vessel of a mass [kg] in waves whose water swings at a speed [m/s], 0 without waves.
+
+    The loop of the speed asks for 2 m w u as the hull surges at u. Where the machinery cannot give that to both sides alike, the vessel
+    drifts ahead; so w is as small as large waves ask.
+    """
+    towing = TOWING_BANDWIDTH
+    if orbital_speed > 0.0:
+        towing = min(towing, SWING * ASTERN * settings.bollard_pull / (2.0 * mass * orbital_speed))
     if settings.drive is None:
         return ControlGains(acceleration=settings.acceleration, speed_bandwidth=towing)
     steering = RUDDER_BANDWIDTH * math.sqrt(REFERENCE_LENGTH / settings.length)

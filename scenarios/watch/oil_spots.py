@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from oilsim.slick.barriers import Barriers
     from oilsim.slick.slick import Slick
 
-Array = NDArray[np.float64]
 Spots = NDArray[np.float32]
 
 AFLOAT, HELD, LOST, ASHORE = 0, 1, 2, 3  # [1] fates of spots
@@ -21,8 +19,10 @@ BANKED_UP = 0.01  # [m] up to which a film may be drawn thicker, lest it reach a
 def spots_of_slick(slick: Slick) -> Spots:
     """Return the parcels that are not recovered as spots (N, 5): x, y, radius, thickness [m], fate; area times thickness is the volume.
 
-    No spot is wider than its final area (Fay 1971). One beside a boom, a hull or a shore ends there, and is so much thicker.
+    No spot is wider than oil of its volume would spread by itself (`final_thickness`). One that floats beside a boom, a hull or a shore
+    ends there, and is so much thicker.
     """
+    from oilsim.slick.crossing import distance_to_barriers
     from oilsim.slick.parcels import ParcelState
     from oilsim.slick.spreading.fay import final_thickness
 
@@ -43,13 +43,3 @@ def spots_of_slick(slick: Slick) -> Spots:
     thickness[ends] = volume[ends] / (np.pi * room[ends] ** 2)
     by_state = np.array([fates.get(ParcelState(state), AFLOAT) for state in range(len(ParcelState))])
     return np.column_stack([place, radius, thickness, by_state[parcels.fates()[shown]]]).astype(np.float32)
-
-
-def distance_to_barriers(place: Array, barriers: Barriers) -> Array:
-    """Return the distances (N,) [m] of places (N, 2) [m] from the nearest segment of all barriers; infinite without any."""
-    nearest = np.full(len(place), np.inf)
-    for start, end in zip(barriers.start, barriers.end, strict=True):
-        way, offset = end - start, place - start
-        along = np.clip(offset @ way / max(float(way @ way), np.finfo(np.float64).tiny), 0.0, 1.0)
-        np.minimum(nearest, np.hypot(*(offset - along[:, None] * way).T), out=nearest)
-    return nearest

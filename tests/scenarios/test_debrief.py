@@ -212,18 +212,29 @@ def test_a_trial_has_speeds_and_no_grade(recording: Path, history: BoomHistory, 
     assert grade(trial, {"lean": CriterionSettings(weight=1.0)}).letter == "A"
     nothing = dict.fromkeys(CRITERIA_OF["sweep"], CriterionSettings(weight=0.0))
     assert grade(history, nothing).letter == ""
+    unknown = grade(history, nothing | {"clean": CriterionSettings(weight=1.0)})
+    assert (unknown.letter, [finding.verdict for finding in unknown.findings]) == ("", [None])
     limits = "".join(f"[{key}]\nweight = 0\n" for key in nothing)
     (tmp_path / "none.toml").write_text(limits)
     page = write_debrief(recording, tmp_path / "out", read_criteria(tmp_path / "none.toml")).read_text(encoding="utf-8")
     assert "<h2>Result</h2>" in page and "<h2>Grade</h2>" not in page and "no criterion counts" in page
     assert page.count("not reached<div") == 2
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())["main"]
-    assert (saved["grade"], saved["first_loss_kn"]) == (None, None)
+    assert (saved["grade"], saved["share"], saved["first_loss_kn"]) == (None, None, None)
+    (tmp_path / "clean.toml").write_text(f"{limits}[clean]\nweight = 1\n")
+    page = write_debrief(recording, tmp_path / "out2", read_criteria(tmp_path / "clean.toml")).read_text(
+        encoding="utf-8"
+    )
+    assert "none of the criteria could be measured" in page and "not measured" in page and "<h2>Result</h2>" not in page
 
 
 def test_a_loss_is_a_key_moment_whatever_is_ordered_before(recording: Path) -> None:
-    """Nine orders, and then the gross loss."""
+    """Nine orders, and then the gross loss, after other losses and alone."""
     replay = Replay(recording)
+    losses = [Event(time=0.3 * k, text=f"loss {k}", level="warning", source="boom main") for k in range(1, 7)]
+    replay.__dict__["events"] = losses
+    told = [text for moment in key_moments(replay, []) for text in moment.captions]
+    assert [any(f"loss {k}" in text for text in told) for k in range(1, 7)] == [False, False, True, True, True, True]
     orders = [
         Event(time=0.2 * k, text="orders tow.speed_kn=1", level="info", source="instructor") for k in range(1, 10)
     ]
@@ -234,9 +245,11 @@ def test_a_loss_is_a_key_moment_whatever_is_ordered_before(recording: Path) -> N
 
 
 def test_a_rate_of_zero_is_zero(history: BoomHistory) -> None:
-    """A volume that stays as it is has no rate, whatever the rounding of the instants between."""
-    time = np.cumsum(np.full(400, 0.1))
-    assert (rate(time, np.full(400, 0.2437)) == 0.0).all()
+    """What is held and what is lost add up to the same, but for their rounding."""
+    time, lost = np.cumsum(np.full(400, 0.1)), 0.001 * np.arange(400)
+    met = (0.6 - lost) + lost
+    assert 0.0 < np.ptp(met) < 1e-15
+    assert (rate(time, met) == 0.0).all()
 
 
 def test_criteria_fit_the_kind_of_deployment(history: BoomHistory) -> None:

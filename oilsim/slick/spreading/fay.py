@@ -69,7 +69,7 @@ def joined_radius(
 
 
 def final_thickness(volume: Array) -> Array:
-    """Compute the thickness [m] that volumes (N,) [m3] of oil keep at their final area (Fay 1971): V / (1e5 V^(3/4))."""
+    """Compute the thickness [m] at which volumes (N,) [m3] of oil, each alone, cease to spread (Fay 1971): V / (1e5 V^(3/4))."""
     return np.asarray(volume**0.25 / FINAL_AREA)
 
 

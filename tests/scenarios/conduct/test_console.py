@@ -57,9 +57,10 @@ def test_a_run_begins_paused_and_pages_steer_by_role(served: Console) -> None:
         words = [line["words"] for line in observer.lines]
         assert "port: make 0.39 kn over the ground, heading 084" in words
         assert instructor.give("pause")["told"].startswith("paused")
+    _assert_that_a_late_page_sees_the_present_and_the_past(served)
 
 
-def test_a_page_that_is_opened_late_sees_the_present_and_the_past(served: Console) -> None:
+def _assert_that_a_late_page_sees_the_present_and_the_past(served: Console) -> None:
     with served.page("observer") as observer:
         assert observer.told["scene"]["vessels"][0]["name"] == "port"
         assert observer.told["history"]["rows"][0]["time"] == 0.0
@@ -114,7 +115,9 @@ def test_what_cannot_be_read_is_answered_and_harms_nothing(served: Console) -> N
 
 def test_attacks_are_refused_and_the_run_does_not_feel_them(served: Console) -> None:
     with served.page("instructor") as page:
-        page.hear(lambda one: bool(one.lines))
+        begun = page.state["index"]
+        page.give("step")  # what the run says at its beginning has come by then
+        page.hear(lambda one: one.state["index"] == begun + 1)
         before = [line["text"] for line in page.lines]
         found = attacked(served, range(60))
         assert faults(found) == []

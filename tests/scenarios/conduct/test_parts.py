@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenarios.conduct.access import MOST_FAILURES, Access, Role
-from scenarios.conduct.commands import LONGEST, read_command, read_object
+from scenarios.conduct.commands import LONGEST, read_command, read_message
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
 from scenarios.conduct.latest import LatestSender
 from scenarios.conduct.plan_view import LOST, MOST_SPOTS, spots_of_particles
@@ -63,13 +63,13 @@ def test_a_console_that_has_gone_does_not_stop_the_run() -> None:
 @given(JSON)
 def test_no_json_that_is_no_command_gets_through(data: object) -> None:
     with pytest.raises(ScenarioError):
-        read_command(read_object(json.dumps(data)))
+        read_command(read_message(json.dumps(data)))
 
 
 @given(st.binary(max_size=200))
 def test_no_bytes_that_are_no_command_get_through(data: bytes) -> None:
     with pytest.raises(ScenarioError):
-        read_command(read_object(data))
+        read_command(read_message(data))
 
 
 def test_commands_are_read_whole_or_refused_by_name() -> None:
@@ -78,7 +78,7 @@ def test_commands_are_read_whole_or_refused_by_name() -> None:
         read_command({"id": 1, "do": "steer", "vessel": "", "speed": float("nan"), "heading": True, "extra": 1})
     assert {problem.path for problem in error.value.problems} == {"vessel", "speed", "heading", "keeps_line", "extra"}
     with pytest.raises(ScenarioError, match="allowed: up to"):
-        read_object(" " * (LONGEST + 1))
+        read_message(" " * (LONGEST + 1))
 
 
 def test_each_role_has_its_own_token_and_may_do_its_own() -> None:

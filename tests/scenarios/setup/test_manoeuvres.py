@@ -11,6 +11,7 @@ import pytest
 
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
+from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import Assembly, build
 from vessels.vessel import planar_motion
 
@@ -191,16 +192,51 @@ def test_wrong_drives_are_told_at_once() -> None:
         scenario_from(tomllib.loads(BASE + "legs = [{ speed = 1.0, heading = 0.0 }]\n"))
 
 
-def test_a_helmsman_in_waves_keeps_the_speed_and_does_not_work_against_each_wave() -> None:
-    """Waves of 0.4 m and 4 s from ahead: 0.5 m/s in the mean of ten waves, with a tenth of the pull to either side; the hull surges."""
-    order = "yaw_moment = 200000.0\nside_thrust = 12000.0\nlegs = [{speed = 0.5, heading_deg = 0.0, through = [0.0, 0.0]}]\n"
-    waves = '[sea.waves]\nkind = "regular"\nheight = 0.4\nperiod = 4.0\ndirection_deg = 180.0\n'
-    trial, thrust = Trial(BASE + order + waves), []
-    trial.run(60.0)
-    for _ in range(200):
+HELMSMAN = (
+    "yaw_moment = 200000.0\nside_thrust = 12000.0\nlegs = [{speed = 0.5, heading_deg = 0.0, through = [0.0, 0.0]}]\n"
+)
+WAVES = '[sea.waves]\nkind = "regular"\nheight = 0.4\nperiod = 4.0\ndirection_deg = 180.0\n'
+
+
+def thrusts(trial: Trial, seconds: float) -> np.ndarray:
+    """Go on for some `seconds` and return the thrust [N] at every step."""
+    found = []
+    for _ in range(round(seconds / 0.2)):
         trial.run(0.2)
-        thrust.append(float(trial.control.get("tug.thrust")))
+        found.append(float(trial.control.get("tug.thrust")))
+    return np.array(found)
+
+
+def test_a_helmsman_in_waves_keeps_the_speed_and_does_not_work_against_each_wave() -> None:
+    """Waves of 0.4 m and 4 s from ahead: 0.5 m/s in the mean of ten, and no thrust that the machinery lacks astern; the hull surges."""
+    trial = Trial(BASE + HELMSMAN + WAVES)
+    trial.run(60.0)
+    thrust = thrusts(trial, 40.0)
     surge = trial.motion[-200:, 3]
     assert surge.mean() == pytest.approx(0.5, abs=0.01)
     assert np.ptp(surge) > 0.2
-    assert np.abs(thrust).max() < 0.2 * 40000.0
+    assert np.abs(thrust).max() < 0.5 * 0.5 * 40000.0
+
+
+def test_a_low_swell_leaves_the_helmsman_as_quick_as_calm_water_does() -> None:
+    calm, swell = (
+        Trial(BASE + HELMSMAN + waves) for waves in ("", WAVES.replace("0.4", "0.05").replace("4.0", "14.0"))
+    )
+    for trial in (calm, swell):
+        trial.run(20.0)
+    assert swell.motion[:, 3] == pytest.approx(calm.motion[:, 3], abs=0.02)
+
+
+def test_waves_that_are_ordered_make_the_helmsman_patient_without_a_jerk() -> None:
+    """The thrust that the loop holds stays; calm water again makes it as quick as before."""
+    trial = Trial(BASE + HELMSMAN)
+    trial.run(60.0)
+    calm, held = trial.assembly.scenario, float(trial.control.get("tug.thrust"))
+    rough = scenario_from(tomllib.loads(BASE + HELMSMAN + WAVES.replace("0.4", "0.8")))
+    quick = trial.control.vessel.gains
+    give_orders(trial.assembly, rough)
+    assert trial.control.vessel.gains.speed_bandwidth < 0.1 * quick.speed_bandwidth
+    assert abs(thrusts(trial, 0.2)[0] - held) < 0.02 * 40000.0
+    assert np.abs(thrusts(trial, 40.0)).max() < 0.5 * 40000.0
+    give_orders(trial.assembly, calm)
+    assert trial.control.vessel.gains == quick

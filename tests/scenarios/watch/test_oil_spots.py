@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from oilsim.slick.barriers import Boom
+from oilsim.slick.crossing import distance_to_barriers
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
-from scenarios.watch.oil_spots import BANKED_UP, LOST, distance_to_barriers, spots_of_slick
+from scenarios.watch.oil_spots import BANKED_UP, LOST, spots_of_slick
 
 CRUDE = Oil(density=875.0, dynamic_viscosity=0.02, interfacial_tension=0.02)
 
