@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -127,6 +128,7 @@ class BoomScore:
             report = self.tracker.update_without_particles(time, state, water_level=level, current=flow)
         if slick is not None:
             report = with_slick(report, slick, self.name)
+        report = self._looked_at(time, report)
         self.report = report
         self.held_speed = held = float(self._held.add(time, state.normal_flow(current)).max())
         step = 0.0 if self._time is None else time - self._time
@@ -140,7 +142,24 @@ class BoomScore:
         self._series = series | self._pull(world, step) | self._remember(report, held)
         self._losses.add(time, speed, report.passed, report.retained + report.lost)
         self._announce_speed(time, held)
-        self._announce(time, report, speed)
+        self._announce(report, speed)
+
+    def _looked_at(self, time: float, report: ContainmentReport) -> ContainmentReport:
+        """Return the report at `time` [s] in which oil that has slipped past is held until the closures, which may put it back, look at it."""
+        resolved = report.lost - math.fsum(report.lost_modelled.values())
+        if self.closures is None or not self.closures.puts_back or resolved < 0.5 * self._volume:
+            return report
+        standing = self.tracker.standing()
+        fresh = ~standing.retained & ~standing.modelled & (time - standing.lost_at <= INTERVAL)
+        number = np.bincount(standing.cause[fresh], minlength=len(CAUSES))
+        counts = zip(CAUSES, number.tolist(), strict=True)
+        lost = {cause: self._less(report.lost_by_cause[cause], count) for cause, count in counts}
+        whole = self._less(report.lost, int(number.sum()))
+        return replace(report, lost=whole, lost_by_cause=lost, retained=self._less(report.retained, -int(number.sum())))
+
+    def _less(self, volume: float, count: int) -> float:
+        """Return a volume [m3] of whole particles less a `count` of them, without round-off."""
+        return (round(volume / self._volume) - count) * self._volume
 
     def _optional_series(
         self, oil: tuple[Array, NDArray[np.uint32]], slick: SlickParticipant | None, line: Array, level: float
@@ -209,16 +228,15 @@ class BoomScore:
         if not fast and lasts >= rested:
             self._told.discard("too fast")
 
-    def _announce(self, time: float, report: ContainmentReport, speed: float) -> None:
-        """Announce what happens for the first time; `time` [s] of the report, tow's `speed` [m/s]."""
+    def _announce(self, report: ContainmentReport, speed: float) -> None:
+        """Announce what happens for the first time; tow's `speed` [m/s]."""
         through = f"at {speed / KNOT:.2f} kn through the water"
         share = 100.0 * self._losses.first_share
         first, gross = self._losses.first_loss, self._losses.gross_loss
         for cause, volume in report.lost_by_cause.items():
             modelled, words = report.lost_modelled.get(cause, 0.0), cause_in_words(cause)
             begun = self._losses.begun
-            resolved = begun and volume > modelled and cause not in self._told and self._stands(time, cause)
-            self._tell_once(cause, resolved, f"first oil {words} (resolved), {through}")
+            self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
             self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
         back = "its skirt is too few particles deep to hold oil as a real one does: oil that slips under it is put back (modelled)"
         self._tell_once("held back", self._held_back > 0.0, back)
@@ -230,14 +248,6 @@ class BoomScore:
             self._tell_once("gross loss", True, text)
         self._take_back("first loss", first)
         self._take_back("gross loss", gross)
-
-    def _stands(self, time: float, cause: str) -> bool:
-        """Tell whether a resolved loss counts at `time` [s]: closures that put oil back have looked at it, and left it."""
-        if self.closures is None or not self.closures.puts_back:
-            return True
-        standing = self.tracker.standing()
-        resolved = ~standing.retained & ~standing.modelled & (standing.cause == CAUSES.index(cause))
-        return bool((time - standing.lost_at[resolved] > INTERVAL).any())
 
     def _take_back(self, loss: str, speed: float | None) -> None:
         """Say that a loss that was told does not count any more."""

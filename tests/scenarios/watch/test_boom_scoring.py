@@ -116,7 +116,13 @@ def test_a_first_resolved_loss_is_told_once_closures_have_left_it() -> None:
     watched, other = Watched(), Watched()
     watched.at(0.0, [HELD, HELD, HELD])
     watched.at(0.04, [UNDER, HELD, HELD])
-    assert watched.score.report is not None and watched.score.report.lost > 0.0
+    report = watched.score.report
+    assert report is not None and not watched.score.tracker.standing().retained.all()
+    assert (report.lost, report.passed, report.retained) == (
+        0.0,
+        0.0,
+        pytest.approx(3.0 * 0.1**3),
+    )  # until they have looked
     watched.score.tracker.keep(0)  # as the closures do at their look
     for time in (0.08, 0.12, 0.16, 0.2):
         watched.at(time, [HELD, HELD, HELD])

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from booms.losses.drainage import suction_limit
 from booms.losses.liquids import ASSUMED_TENSION, OilOnWater
 from booms.losses.rates import Closures
-from booms.losses.slick import thickening
+from booms.losses.slick import FRICTION, thickening
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes.flume import OIL_VISCOSITY, Flume, fill_flume
 from tests.validation.bodies.flumes.picture import draw, picture_file
@@ -227,7 +227,7 @@ class Series:
             x = length - (inner + 0.5) * width  # behind the front
             growth, at_front = np.polyfit(x, profile[inner] ** 2, 1)
             front = math.sqrt(max(at_front, 0.0))
-            friction = growth / float(thickening(flow, liquids(self.oil), 1.0))
+            friction = growth * FRICTION / float(thickening(flow, liquids(self.oil)))
         return Row(
             oil=self.oil, resolution=self.resolution, tension=self.tension, balanced=int(self.balanced),
             begun=self.rows[0].begun if self.rows else hold.speed, speed=hold.speed, flow=flow, pool=pool,

@@ -11,6 +11,7 @@ import pytest
 from matplotlib import image
 
 from booms.losses.rates import Closures
+from booms.losses.slick import FRICTION, thickening
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes import harbour_flume as flume
 from tests.validation.bodies.flumes.picture import picture_file
@@ -56,6 +57,18 @@ def test_a_run_in_pieces_gives_the_rows_of_a_whole_one(small: None, tmp_path: Pa
     assert len(np.unique(image.imread(picture).reshape(-1, 4), axis=0)) > 100  # water by its speed
     assert [row.speed for row in whole] == list(SPEEDS)
     np.testing.assert_equal([vars(row) for row in pieced], [vars(row) for row in whole])
+
+
+def test_front_and_friction_of_a_slick_are_found_again(small: None, tmp_path: Path) -> None:
+    """A profile h^2 = h_f^2 + K x with K for a friction of 0.02, in twelve bins before the skirt."""
+    series = flume.Series(Bench(threads=1), 900.0, 3, 0.0, tmp_path)
+    width, front, flow = flume.BIN * flume.FLUME.draft, 0.03, 0.3
+    growth = 0.02 / FRICTION * float(thickening(flow, flume.liquids(900.0)))
+    profile = np.zeros(30)
+    profile[:12] = np.sqrt(front**2 + growth * width * (12.0 - np.arange(12) - 0.5))
+    row = series._row(flume.Hold(speed=0.31, begin=0.0, looks=[(flow, 0.01, 0.45)], profiles=[profile], lost=0))
+    assert (row.front, row.friction) == pytest.approx((front, 0.02))
+    assert (row.flow, row.suction, row.length) == pytest.approx((flow, 1.5, 12 * width))
 
 
 def test_a_picture_needs_the_ending_of_one() -> None:
