@@ -145,7 +145,7 @@ class BoomScore:
         self._announce(report, speed)
 
     def _looked_at(self, time: float, report: ContainmentReport) -> ContainmentReport:
-        """Return the report at `time` [s] in which oil that has slipped past is held until the closures, which may put it back, look at it."""
+        """Return the report at `time` [s], with oil that slipped past still held until the closures look, which may put it back."""
         resolved = report.lost - math.fsum(report.lost_modelled.values())
         if self.closures is None or not self.closures.puts_back or resolved < 0.5 * self._volume:
             return report
