@@ -92,26 +92,26 @@ class Scenario(Section):
         return self.tank.period if self.run.has_particles else (0.0, 0.0)
 
     @property
-    def wave_period(self) -> float:
-        """Period [s] of the waves, of a spectrum that of its peak, as seen from the water; 0 without waves."""
+    def _wave_height_and_period(self) -> tuple[float, float]:
+        """Height [m] and period [s] of the waves, of a spectrum the significant one and that of its peak; 0 without waves."""
         weather = self.forcing if self.run.has_particles else self.sea
         waves = None if weather is None else weather.waves
         if waves is None:
-            return 0.0
-        return waves.peak_period if isinstance(waves, JonswapSeaWaves) else waves.period
+            return 0.0, 0.0
+        if isinstance(waves, JonswapSeaWaves):
+            return waves.significant_height, waves.peak_period
+        return waves.height, waves.period
+
+    @property
+    def wave_period(self) -> float:
+        """Period [s] of the waves, of a spectrum that of its peak, as seen from the water; 0 without waves."""
+        return self._wave_height_and_period[1]
 
     @property
     def orbital_speed(self) -> float:
         """Speed pi H / T [m/s] at which the water of the waves swings at the surface of deep water; 0 without waves."""
-        weather = self.forcing if self.run.has_particles else self.sea
-        waves = None if weather is None else weather.waves
-        if waves is None:
-            return 0.0
-        return (
-            math.pi
-            * (waves.significant_height if isinstance(waves, JonswapSeaWaves) else waves.height)
-            / self.wave_period
-        )
+        height, period = self._wave_height_and_period
+        return math.pi * height / period if period else 0.0
 
     @property
     def coarsest_spacing(self) -> float | None:

@@ -180,8 +180,8 @@ def _drive(settings: VesselSettings, hull: Hull) -> DriveModel:
 def gains_of(settings: VesselSettings, mass: float, orbital_speed: float) -> ControlGains:
     """Return the gains of a vessel of a mass [kg] in waves whose water swings at a speed [m/s], 0 without waves.
 
-    The loop of the speed asks for 2 m w u as the hull surges at u. Where the machinery cannot give that to both sides alike, the vessel
-    drifts ahead; so w is as small as large waves ask.
+    The loop of the speed asks for a thrust 2 m w u [N] as the hull surges at u. A vessel whose machinery cannot give that ahead and astern
+    alike makes too much way. So large waves make w small.
     """
     towing = TOWING_BANDWIDTH
     if orbital_speed > 0.0:

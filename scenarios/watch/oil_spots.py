@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 Spots = NDArray[np.float32]
 
 AFLOAT, HELD, LOST, ASHORE = 0, 1, 2, 3  # [1] fates of spots
-BANKED_UP = 0.01  # [m] up to which a film may be drawn thicker, lest it reach across a barrier; from 0.2 mm on all oil has one colour
+BANKED_UP = 0.01  # [m] thickest that a film is drawn so that it ends at a barrier; all oil above 0.2 mm has one colour
 
 
 def spots_of_slick(slick: Slick) -> Spots:

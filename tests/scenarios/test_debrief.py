@@ -245,7 +245,7 @@ def test_a_loss_is_a_key_moment_whatever_is_ordered_before(recording: Path) -> N
 
 
 def test_a_rate_of_zero_is_zero(history: BoomHistory) -> None:
-    """What is held and what is lost add up to the same, but for their rounding."""
+    """Oil held and oil lost add up to the same volume at all times, but for their rounding."""
     time, lost = np.cumsum(np.full(400, 0.1)), 0.001 * np.arange(400)
     met = (0.6 - lost) + lost
     assert 0.0 < np.ptp(met) < 1e-15

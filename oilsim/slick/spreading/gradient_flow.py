@@ -179,7 +179,7 @@ def _measure(position: Array, columns: Array, cell: float, liquids: Liquids) -> 
 def cell_size(volume: Array, thickness: Array) -> float:
     """Return the width of cells [m] that hold `PER_CELL` parcels of volume (N,) [m3] where the oil is; thickness (N,) [m].
 
-    Scattered parcels count as thick as each would be by itself at last; they would widen their cells without end.
+    Scattered parcels count as thick as each would be by itself at last. Else they would widen their cells without end.
     """
     met = float((volume * np.maximum(thickness, final_thickness(volume))).sum() / volume.sum())
     return math.sqrt(PER_CELL * float(volume.mean()) / met)
@@ -188,8 +188,8 @@ def cell_size(volume: Array, thickness: Array) -> float:
 def spread(parcels: Parcels, rows: Rows, duration: float, liquids: Liquids) -> Array:
     """Compute where the parcels of rows (M,) have spread to after `duration` [s]: (M, 2) [m]; their thickness is renewed.
 
-    No parcel gets thinner than oil of its volume would by itself: a film that is torn apart lies in patches. This is a bound, below the
-    thickness at which the whole slick ceases to spread, the farther the more parcels it has.
+    No parcel gets thinner than oil of its volume would by itself: a film that is torn apart lies in patches. This is a lower bound. A whole
+    slick ceases to spread while it is thicker. The more parcels it has, the lower the bound lies.
 
     Raises ValueError for oil that is not lighter than the water.
     """

@@ -2,21 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 
+from coupling.master.co_simulation import CoSimulation
+from coupling.participants.slick import SlickParticipant
 from oilsim.slick.loss_cause import LossCause
 from scenarios.build import build
 from scenarios.load import load_scenario
+from scenarios.running.assembly import Assembly
 from scenarios.watch.slick_account import phase_of, volume_within
 
 
-def test_what_particles_carry_past_is_resolved_and_what_is_put_back_is_told() -> None:
-    assembly = build(load_scenario("sweep-200m").scenario)
-    simulation, slick = assembly.co_simulation(), assembly.slick
-    assert slick is not None
+@contextmanager
+def begun(name: str) -> Iterator[tuple[Assembly, CoSimulation, SlickParticipant]]:
+    """Begin a shipped exercise, and end it after the block."""
+    assembly = build(load_scenario(name).scenario)
+    simulation = assembly.co_simulation()
+    assert assembly.slick is not None
     simulation.initialize()
     try:
+        yield assembly, simulation, assembly.slick
+    finally:
+        simulation.terminate()
+
+
+def test_what_particles_carry_past_is_resolved_and_what_is_put_back_is_told() -> None:
+    with begun("sweep-200m") as (assembly, simulation, slick):
         simulation.step()
         losses, first = slick.slick.losses, slick.slick.barriers.rows("main").start
         assert "metrics/oil_held_back" not in assembly.scoring.series()
@@ -33,17 +48,11 @@ def test_what_particles_carry_past_is_resolved_and_what_is_put_back_is_told() ->
         assert boom.summary()["held_back_m3"] == pytest.approx(0.25)
         assert assembly.scoring.series()["metrics/oil_held_back"] == pytest.approx(0.25)
         assert any("put back (modelled)" in notice.text for notice in assembly.scoring.take_notices())
-    finally:
-        simulation.terminate()
 
 
 def test_what_a_skimmer_has_taken_is_neither_shown_nor_in_the_protected_area() -> None:
     """Half of the oil is taken where it lies; the other half is all that pictures, maps and the area's score still have."""
-    assembly = build(load_scenario("j-sweep-skimmer").scenario)
-    simulation, slick = assembly.co_simulation(), assembly.slick
-    assert slick is not None
-    simulation.initialize()
-    try:
+    with begun("j-sweep-skimmer") as (_, _, slick):
         oil, parcels = slick.slick, slick.slick.parcels
         whole, (x, y) = float(parcels.volume.sum()), parcels.position.mean(axis=0)
         everywhere = np.array([[-1e3, -1e3], [1e3, -1e3], [1e3, 1e3], [-1e3, 1e3]])
@@ -58,5 +67,3 @@ def test_what_a_skimmer_has_taken_is_neither_shown_nor_in_the_protected_area() -
         oil.recover((float(x), float(y)), 1e3, whole)
         assert volume_within(slick, everywhere) == 0.0
         assert len(phase_of(slick, 0.0, 0.0).id) == 0
-    finally:
-        simulation.terminate()
