@@ -14,9 +14,9 @@ from scipy.stats import spearmanr
 
 from recordings.pictures.style import STYLE
 from scenarios.sweeps.results import Outcome, differing
+from scenarios.sweeps.words import entry_in_words, figure_in_words
 
 _COLUMNS, _PANEL = 4, (4.0, 2.7)  # inches
-_UNITS = {"_m3": "m³", "_deg": "°", "_kn": "kn", "_n": "N", "_m": "m"}  # by the end of a part of a key
 _BY_CAUSE = "oil_m3.lost"  # beginning of the keys of losses, which runs without such a loss do not have
 _FEWEST = 4  # runs of a sampled sweep, from which a correlation says something
 
@@ -59,16 +59,6 @@ def drawn_figures(figures: Sequence[Mapping[str, float]]) -> dict[str, list[floa
     return drawn
 
 
-def title_of(key: str) -> str:
-    """Return a figure's key in words, with its unit: ``scores.main.tow_tension_n.port.mean`` as "main tow tension port mean [N]"."""
-    parts, unit = key.removeprefix("scores.").split("."), ""
-    for number, part in enumerate(parts):
-        end = next((end for end in _UNITS if part.endswith(end)), None)
-        if end is not None:
-            parts[number], unit = part.removesuffix(end), f" [{_UNITS[end]}]"
-    return " ".join(parts).replace("_", " ") + unit
-
-
 def _is_sampled(outcomes: Sequence[Outcome]) -> bool:
     """Tell whether the entries vary freely: more than two, or two in more combinations than a grid of their values has lines."""
     names = list(outcomes[0].variant.values)
@@ -81,6 +71,7 @@ def _draw_tornado(outcomes: Sequence[Outcome], drawn: Mapping[str, Sequence[floa
     """Draw for each figure how strongly each entry moves it: Spearman's rank correlation over the runs."""
     rows, columns = math.ceil(len(drawn) / _COLUMNS), min(len(drawn), _COLUMNS)
     names = list(outcomes[0].variant.values)
+    labels = [entry_in_words(outcomes[0].variant.plan.scenario, name) for name in names]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_PANEL[0] * columns, 0.75 * _PANEL[1] * rows + 0.6), dpi=110, layout="constrained")
         FigureCanvasAgg(figure)
@@ -89,9 +80,9 @@ def _draw_tornado(outcomes: Sequence[Outcome], drawn: Mapping[str, Sequence[floa
             strengths = [_rank_correlation(outcomes, name, values) for name in names]
             axes.barh(range(len(names)), strengths, color=["C3" if one < 0.0 else "C0" for one in strengths])
             axes.axvline(0.0, color="0.3", linewidth=0.8)
-            axes.set_yticks(range(len(names)), names)
+            axes.set_yticks(range(len(names)), labels)
             axes.set_xlim(-1.0, 1.0)
-            axes.set_title(title_of(key), loc="left", fontsize=9.5)
+            axes.set_title(figure_in_words(key), loc="left", fontsize=9.5)
         for axes in panels[max(0, len(drawn) - columns) : len(drawn)]:
             axes.tick_params(labelbottom=True)  # the lowest of each column, which may have an empty place below
         for axes in panels[len(drawn) :]:
@@ -127,8 +118,8 @@ def _draw(axes: Axes, key: str, values: Sequence[float], outcomes: Sequence[Outc
     for name, points in lines.items():
         places = [float(value) if is_measured else value for value, _ in points]
         axes.plot(places, [figure for _, figure in points], marker="o", label=name)
-    axes.set_title(title_of(key), loc="left", fontsize=9.5)
-    axes.set_xlabel(varied)
+    axes.set_title(figure_in_words(key), loc="left", fontsize=9.5)
+    axes.set_xlabel(entry_in_words(outcomes[0].variant.plan.scenario, varied))
 
 
 def _is_number(text: str) -> bool:

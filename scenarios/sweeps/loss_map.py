@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from recordings.pictures.style import INK, STYLE
 from scenarios.sweeps.results import Outcome
+from scenarios.sweeps.words import entry_in_words
 
 _COLORS = "YlOrBr"
 _LOST, _GONE = "oil_m3.lost", "oil_m3.lost.left_the_tank"
@@ -40,8 +41,9 @@ def draw_loss_map(outcomes: Sequence[Outcome], picture: Path) -> bool:
         axes = figure.add_subplot()
         is_grid = len(np.unique(places, axis=0)) == math.prod(len(np.unique(column)) for column in places.T)
         (_draw_tiles if is_grid else _draw_dots)(axes, places, lost)
-        axes.set_xlabel(names[0])
-        axes.set_ylabel(names[1])
+        scenario = outcomes[0].variant.plan.scenario
+        axes.set_xlabel(entry_in_words(scenario, names[0]))
+        axes.set_ylabel(entry_in_words(scenario, names[1]))
         axes.set_title("oil lost, % of the oil released", loc="left")
         figure.colorbar(axes.collections[0], ax=axes, label="%")
         figure.savefig(picture)

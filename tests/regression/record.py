@@ -6,6 +6,7 @@ those it was made with; on others, runs are compared by their sums, within what 
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import sys
@@ -60,8 +61,15 @@ def _near(found: Any, kept: Any, tolerance: float) -> bool:
 
 def main(arguments: list[str]) -> int:
     """Run the named cases, or all; print what differs from the table, or write it anew with --update."""
-    update = "--update" in arguments
-    names = [name for name in arguments if not name.startswith("--")] or list(CASES)
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.regression", description="Compare runs bit by bit with the table."
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"runs; default all: {', '.join(CASES)}")
+    parser.add_argument("--update", action="store_true", help="write the table anew")
+    options = parser.parse_args(arguments)
+    if unknown := sorted(set(options.names) - set(CASES)):
+        parser.error(f"NAME is {', '.join(unknown)}, allowed: {', '.join(CASES)}")
+    update, names = options.update, options.names or list(CASES)
     table = recorded() if TABLE.exists() else {"machine": machine(), "runs": {}}
     different = []
     for name in names:

@@ -10,11 +10,12 @@ import pytest
 
 from scenarios.cli import main
 from scenarios.problems import ScenarioError
-from scenarios.sweeps.chart import _rank_correlation, draw_sweep, drawn_figures, title_of
+from scenarios.sweeps.chart import _rank_correlation, draw_sweep, drawn_figures
 from scenarios.sweeps.loss_map import draw_loss_map, lost_share
 from scenarios.sweeps.results import Outcome, write_parquet
 from scenarios.sweeps.sampling import Range, parse_range, samples
 from scenarios.sweeps.variants import Variation, parse_variation, variants
+from scenarios.sweeps.words import entry_in_words, figure_in_words
 
 SPEED, DENSITY = Range(key="tow.speed_kn", low=0.2, high=0.9), Range(key="phases.oil.density", low=840.0, high=960.0)
 
@@ -107,8 +108,8 @@ def test_panels_are_of_figures_that_say_something_new() -> None:
         "oil_m3.lost.drainage": [0.0, 0.2],
         "oil_m3.lost_modelled.drainage": [0.0, 0.1],
     }
-    assert title_of("scores.main.tow_tension_n.port.mean") == "main tow tension port mean [N]"
-    assert title_of("oil_m3.lost.splash_over") == "oil lost splash over [m³]"
+    assert figure_in_words("scores.main.tow_tension_n.port.mean") == "main tow tension port mean [N]"
+    assert figure_in_words("oil_m3.lost.splash_over") == "oil lost splash over [m³]"
 
 
 def test_a_loss_map_has_a_dot_for_each_sample_and_a_tile_for_each_pair(tmp_path: Path) -> None:
@@ -138,3 +139,20 @@ def test_oil_that_left_the_tank_is_not_lost_by_a_boom() -> None:
     (one,) = variants("u-sweep", [parse_variation("tow.speed_kn=0.4")])
     oil = {"released": 2.0, "lost": {"left_the_tank": 1.0, "entrainment": 0.1}, "lost_modelled": {"entrainment": 0.1}}
     assert lost_share(Outcome(one, {"oil_m3": oil, "scores": {}, "probes": {}})) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("tow.speed_kn", "0.5", "tow speed [kn]"),
+        ("tow.heading_compass", "90", "tow heading [° clockwise from north]"),
+        ("phases.oil.density", "900", "phases oil density [kg/m3]"),
+        ("tank.upper.2", "2.5", "tank upper 2 [m]"),
+        ("booms.main.segments", "20", "booms main segments"),
+        ("run.seed", "7", "run seed"),
+        ("run.budget", "true", "run budget"),
+    ],
+)
+def test_axes_name_an_entry_with_its_unit(key: str, value: str, words: str) -> None:
+    (one,) = variants("u-sweep", [parse_variation(f"{key}={value}")])
+    assert entry_in_words(one.plan.scenario, key) == words
