@@ -114,18 +114,24 @@ class ClosureLosses:
         flow = self._flow(fluid, state, level)
         duration = 0.0 if before is None else time - before
         drivers = self._drivers(fluid, state, level, held, flow, duration)
-        if before is None or not len(held.ids):
-            self.rate = 0.0
+        if before is None:
             return
-        volumes = np.bincount(held.kind, minlength=len(self._boom.oils)).astype(np.float64)
-        oil = mixed(list(self._boom.oils.values()), volumes.tolist())
-        rates = self._boom.closures.rates(drivers, oil) * self._boom.segment_length
+        rates = self._rates(drivers, held)
         self.rate = float(rates.sum())
         self._budgets.add(rates * duration, self._resolved(standing, before), duration)
         if self.puts_back:
             self._hold_back(fluid, tracker, state, drivers, standing, self._fresh(standing, before))
         for segment, way, cause in self._due():
             self._carry_out(time, fluid, tracker, state, held, (segment, way, cause))
+
+    def _rates(self, drivers: Drivers, held: _HeldOil) -> Array:
+        """Compute the losses by cause and segment (causes, S) [m3/s]; 0 where the boom holds no oil."""
+        boom = self._boom
+        if not len(held.ids):
+            return np.zeros((len(LossCause), boom.segments))
+        volumes = np.bincount(held.kind, minlength=len(boom.oils)).astype(np.float64)
+        oil = mixed(list(boom.oils.values()), volumes.tolist())
+        return np.asarray(boom.closures.rates(drivers, oil) * boom.segment_length)
 
     def _flow(self, fluid: Fluid, state: BoomState, level: float) -> Array:
         """Return the undisturbed flow (S, 2) [m/s]; NaN where the water ahead tells none."""
