@@ -35,7 +35,7 @@ bench: $(READY)  ## print the tables of measured accuracy and speed
 	$(BIN)/python -m tests.benchmarks.checkpoints
 	$(BIN)/python -m tests.benchmarks.kills
 
-validate: $(READY)  ## compare with theory and experiment, under an hour; CASE=name[,name] runs only these
+validate: $(READY)  ## compare with theory and experiment, more than an hour; CASE=name[,name] runs only these
 	$(BIN)/python -m tests.validation $(CASE)
 
 half-step: $(READY)  ## the validation cases again at half their step: what hangs on it? CASE=name[,name], LEVEL=1 (coarse) to 3

@@ -242,7 +242,8 @@ class SeaSettings(Section):
     depth  [m] of the still water
     level  [m] height of the still water
 
-    It loads bodies where a run has no particles (`run.detail = "none"`). Particles do not feel it: their weather is [forcing].
+    It loads bodies in runs without particles (`run.detail = "none"`), and moves the particles of windows (`"window"`). Runs of particles
+    everywhere have their weather in [forcing].
     """
 
     depth: float = quantity_of(SeaDescription, "depth")
