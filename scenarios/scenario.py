@@ -91,6 +91,12 @@ class Scenario(Section):
         """Length [m] after which the water repeats along x and y; 0 along an axis on which it does not, as that of a sea by formulas."""
         return self.tank.period if self.run.has_particles else (0.0, 0.0)
 
+    def skimmers_at(self, boom: str) -> tuple[str, ...]:
+        """Return the names of the skimmers that may take the oil of a boom: on it, or on no boom."""
+        return tuple(
+            name for name, skimmer in self.skimmers.items() if skimmer.on == boom or skimmer.on not in self.booms
+        )
+
     @property
     def _wave_height_and_period(self) -> tuple[float, float]:
         """Height [m] and period [s] of the waves, of a spectrum the significant one and that of its peak; 0 without waves."""

@@ -2,8 +2,9 @@
 
 The input `poses` holds the poses of the bodies of booms and hulls, in the order of `bodies`. Outputs: `released`, `afloat`, `held`, `lost`,
 `stranded`, `recovered`, the account in m3, and `resolved`, what of it is particles of a window; `lost.<cause>`, the oil now lost by that
-cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that it has lost since the start, `<boom>.carried.<cause>`,
-what of it particles of a window carried past, `<boom>.held_back`, what they would have carried under its skirt, and by segment
+cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that it has lost since the start and has not taken back,
+`<boom>.carried.<cause>`, what of it particles of a window carried past, `<boom>.taken_back`, `<boom>.held_back`, what they would have
+carried under its skirt, and by segment
 `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`, `<boom>.lean`, `<boom>.freeboard`. A step sweeps each
 barrier from where the last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies make their
 step before the slick, that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
@@ -140,7 +141,7 @@ class SlickParticipant:
     def _declared_outputs(self) -> list[Variable]:
         names = [*ACCOUNT, *(f"lost.{cause}" for cause in CAUSES)]
         for boom in self._booms:
-            names += [f"{boom.name}.held", f"{boom.name}.held_back"]
+            names += [f"{boom.name}.held", f"{boom.name}.held_back", f"{boom.name}.taken_back"]
             names += [f"{boom.name}.{what}.{cause}" for what in ("passed", "carried") for cause in CAUSES]
         by_segment = [
             Variable(f"{boom.name}.{quantity}", unit, (len(boom.bodies),), Causality.OUTPUT)
@@ -219,6 +220,7 @@ class SlickParticipant:
         losses = self._slick.losses
         yield "held", np.array(held.sum())
         yield "held_back", np.array(losses.held_back[rows].sum())
+        yield "taken_back", np.array(losses.taken_back[rows].sum())
         for what, volumes in (("passed", losses.gone), ("carried", losses.carried)):
             by_cause = volumes[:, rows].sum(axis=1).tolist()
             yield from ((f"{what}.{cause}", np.array(one)) for cause, one in zip(CAUSES, by_cause, strict=True))

@@ -26,7 +26,7 @@ class SlickAccount:
     afloat, held, lost, stranded, recovered   where it is now; they add up to `released`
     resolved       part of it that is particles of a window
     lost_by_cause  the lost oil by the name of the cause; oil that a boom catches again is held, not lost
-    passed         the oil that booms have lost since the start, by the name of the cause; it never falls
+    passed         the oil that booms have lost since the start, less what the same boom took back, by the name of the cause
     """
 
     released: float

@@ -135,6 +135,7 @@ class Barriers:
     capacity              (S,) [m3/m] of outlines, -1 of booms; carries (S,) whether what sticks moves along
     flow_share            (S,) [-] of booms, see `Boom`; 1 of outlines
     following, preceding  (S,) the segments tied to its end and its start, -1 at a free end
+    member                (S,) the number of the barrier whose segment it is
     """
 
     def __init__(self, barriers: Sequence[Barrier] = ()) -> None:
@@ -151,10 +152,12 @@ class Barriers:
         self.is_submerged, self.is_sealed = np.zeros((2, count), np.bool_)
         self.carries, self.flow_share = np.ones(count, np.bool_), np.ones(count)
         self.following, self.preceding = np.arange(1, count + 1), np.arange(-1, count - 1)
+        self.member = np.zeros(count, np.int64)
         first = 0
-        for one in barriers:
+        for number, one in enumerate(barriers):
             rows = self._rows[one.name] = slice(first, first + one.segments)
             last = rows.stop - 1
+            self.member[rows] = number
             self.following[last], self.preceding[first] = (first, last) if one.is_closed else (-1, -1)
             if isinstance(one, Outline):
                 self.capacity[rows], self.carries[rows] = one.capacity, one.carries

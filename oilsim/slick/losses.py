@@ -27,20 +27,22 @@ WHOLE = 1.5
 # [1] of a volume that is owed, from which on it is due; numerical; a debt that was handed on in part has rounding errors
 ROUNDED = 1.0 - 1e-9
 
-ACCOUNTS = ("owed", "gone", "carried", "held_back")  # of `Losses`
+ACCOUNTS = ("owed", "gone", "carried", "taken_back", "held_back")  # of `Losses`
 
 
 class Losses:
     """Accounts of the oil that pools owe and of the oil that has gone.
 
-    owed  (causes, P) [m3]; gone (causes, S) [m3] by segment since the start; carried (causes, S) [m3], the part of it that particles
-    of a window carried past by themselves; held_back (S,) [m3] that they would have, and that was put back before the skirt.
+    owed  (causes, P) [m3]; gone (causes, S) [m3] by the segment that lost it since the start, less what came back, by the segment of the
+    same boom that took it; carried (causes, S) [m3], the part of it that particles of a window carried past by themselves; taken_back (S,)
+    [m3], what came back; held_back (S,) [m3] that particles would have carried past, and that was put back before the skirt.
     """
 
     def __init__(self, segments: int) -> None:
         self.owed: Array = np.zeros((len(LossCause), 2 * segments))
         self.gone: Array = np.zeros((len(LossCause), segments))
         self.carried: Array = np.zeros((len(LossCause), segments))
+        self.taken_back: Array = np.zeros(segments)
         self.held_back: Array = np.zeros(segments)
 
     def add(self, rates: Mapping[LossCause, Array], pools: Pools, barriers: Barriers, duration: float) -> None:
@@ -114,7 +116,19 @@ class Losses:
     def _put_behind(parcels: Parcels, barriers: Barriers, rows: NDArray[np.int64]) -> None:
         place, along, side = parcels.place[rows], parcels.along[rows], -parcels.side[rows]
         parcels.position[rows] = beside(barriers, place, along, side, resting_sweep(barriers))
+        parcels.mark_lost(rows, parcels.cause[rows], barriers.member[place], carried=False)
         parcels.detach(rows)
+
+    def take_back(
+        self, parcels: Parcels, barriers: Barriers, rows: NDArray[np.int64], segment: NDArray[np.int64]
+    ) -> None:
+        """Take the oil of rows (M,) off the losses where the segments (M,) that catch it are of the boom that lost it."""
+        own = parcels.loser[rows] == barriers.member[segment]
+        rows, segment = rows[own], segment[own]
+        volume, cause, carried = parcels.volume[rows], parcels.cause[rows], parcels.carried[rows]
+        np.subtract.at(self.gone, (cause, segment), volume)
+        np.subtract.at(self.carried, (cause[carried], segment[carried]), volume[carried])
+        np.add.at(self.taken_back, segment, volume)
 
     def save_state(self) -> dict[str, Any]:
         """Return what is owed, what has gone and what was held back."""

@@ -14,6 +14,7 @@ from oilsim.slick.crossing import first_crossings, resting_sweep
 from oilsim.slick.parcels import Parcels, ParcelState
 
 MEANS = ("density", "viscosity", "interfacial_tension", "spreading_tension", "age", "thickness")
+KEYS = ("state", "cause", "loser", "carried", "place", "side", "particle")
 # [1] doublings of the cell after which merging gives up; numerical; a cell is then a million times wider
 ROUNDS = 20
 
@@ -31,10 +32,10 @@ def merge_parcels(parcels: Parcels, barriers: Barriers, most: int, cell: float) 
 
 
 def _merge_round(parcels: Parcels, barriers: Barriers, excess: int, cell: float) -> None:
-    """Merge up to `excess` pairs of neighbours in the order of state, cause, place, side and cell."""
+    """Merge up to `excess` pairs of neighbours in the order of `KEYS` and cell."""
     drifts = np.isin(parcels.state, (ParcelState.AFLOAT, ParcelState.LOST))
     square = np.where(drifts[:, None], np.floor(parcels.position / cell), 0.0)
-    keys = np.column_stack([parcels.state, parcels.cause, parcels.place, parcels.side, parcels.particle, square])
+    keys = np.column_stack([*(getattr(parcels, name) for name in KEYS), square])
     order = np.lexsort((parcels.id, *keys.T[::-1]))
     alike = (keys[order[1:]] == keys[order[:-1]]).all(axis=1)
     first = _every_second(alike)[:excess]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
-# [1] place of a parcel that no barrier holds, cause of one that was never lost, particle of one that is none; layout; no index
+# [1] place of a parcel that no barrier holds, cause and loser of one that was never lost, particle of one that is none; layout; no index
 NONE = -1
 
 
@@ -39,13 +39,15 @@ COLUMNS: Mapping[str, tuple[Any, tuple[int, ...]]] = {
     "age": (np.float64, ()),
     "state": (np.int64, ()),
     "cause": (np.int64, ()),
+    "loser": (np.int64, ()),
+    "carried": (np.bool_, ()),
     "place": (np.int64, ()),
     "side": (np.int64, ()),
     "along": (np.float64, ()),
     "ahead": (np.float64, ()),
     "particle": (np.int64, ()),
 }
-EMPTY = ("cause", "place", "particle")
+EMPTY = ("cause", "loser", "place", "particle")
 
 
 def sums(group: Rows, values: Array, groups: int) -> Array:
@@ -62,6 +64,8 @@ class Parcels:
     density              (N,) [kg/m3]; viscosity (N,) [Pa s]; interfacial_tension, spreading_tension (N,) [N/m]; age (N,) [s]
     state                (N,) a `ParcelState`
     cause                (N,) the `LossCause` by which it was lost, `NONE` for one that is not lost
+    loser                (N,) the barrier that lost it, see `Barriers.member`; `NONE` for one that is not lost
+    carried              (N,) whether a particle carried it past that barrier, so that the loss is resolved
     place                (N,) the segment that holds it or to which it sticks, else `NONE`
     side                 (N,) side of that segment: 1 left of the way from its start to its end, -1 right
     along                (N,) [-] share of the segment's length at which it lies, from its start
@@ -80,6 +84,8 @@ class Parcels:
     age: Array
     state: Rows
     cause: Rows
+    loser: Rows
+    carried: NDArray[np.bool_]
     place: Rows
     side: Rows
     along: Array
@@ -122,6 +128,14 @@ class Parcels:
     def detach(self, rows: Rows) -> None:
         """Let the parcels of rows (M,) float freely."""
         self.place[rows], self.side[rows], self.ahead[rows] = NONE, 0, 0.0
+
+    def mark_lost(self, rows: Rows, cause: Rows | int, loser: Rows, carried: bool) -> None:
+        """Note the causes (M,) by which barriers (M,) lost the oil of rows (M,), and whether particles carried it past."""
+        self.cause[rows], self.loser[rows], self.carried[rows] = cause, loser, carried
+
+    def mark_found(self, rows: Rows) -> None:
+        """Forget how the oil of rows (M,) was lost."""
+        self.mark_lost(rows, NONE, np.full(len(rows), NONE), carried=False)
 
     def position_of(self, rows: Rows) -> Array:
         """Return a copy of the positions (M, 2) [m] of the parcels of rows (M,), in a quarter of the time that indexing takes."""

@@ -193,6 +193,7 @@ class Slick:
         parcels.position[rows] = beside(barriers, segment, along, side, resting_sweep(barriers))
         boom = barriers.is_boom[segment]
         pressed = boom & (side * np.einsum("mk,mk->m", relative[segment], barriers.normals()[segment]) < 0.0)
+        self.losses.take_back(parcels, barriers, rows[pressed], segment[pressed])
         hold(parcels, rows[pressed], segment[pressed], along[pressed], side[pressed])
         strand(parcels, barriers, rows[~boom], segment[~boom], along[~boom], side[~boom])
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.slick.crossing import first_crossings, resting_sweep
-from oilsim.slick.merging import MEANS
+from oilsim.slick.merging import KEYS, MEANS
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
 from oilsim.slick.slick import Slick
 from oilsim.window.resolved_parcels import CoarseSkirts, follow_particles
@@ -206,7 +206,8 @@ class OilExchange:
                 return
             used.add(water)
             columns: dict[str, Any] = {name: float(share @ getattr(parcels, name)[rows]) for name in MEANS}
-            columns |= {"position": middle, "volume": volumes.sum(), "cause": parcels.cause[rows[0]]}
+            columns |= {"position": middle, "volume": volumes.sum()}
+            columns |= {name: getattr(parcels, name)[rows[0]] for name in ("cause", "loser", "carried")}
             columns |= {
                 "state": ParcelState.RESOLVED,
                 "particle": int(self.window.fluid.change_phase([water], phase)[0]),
@@ -237,7 +238,7 @@ def _groups(parcels: Parcels, rows: Rows, width: float) -> Iterator[Rows]:
     held = parcels.state[rows] == ParcelState.HELD
     square = np.where(held[:, None], 0.0, np.floor(parcels.position[rows] / width))
     order = np.where(held, parcels.along[rows], parcels.position[rows, 0])
-    keys = np.column_stack([parcels.state[rows], parcels.cause[rows], parcels.place[rows], parcels.side[rows], square])
+    keys = np.column_stack([*(getattr(parcels, name)[rows] for name in KEYS), square])
     by_key = np.lexsort((parcels.id[rows], order, *keys.T[::-1]))
     starts = np.flatnonzero((np.diff(keys[by_key], axis=0) != 0.0).any(1)) + 1
     yield from np.split(rows[by_key], starts) if len(rows) else ()

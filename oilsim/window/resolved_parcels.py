@@ -70,8 +70,9 @@ def follow_particles(
             lost &= ~held
         for account in (losses.gone, losses.carried):
             np.add.at(account, (cause[lost], segment[lost]), parcels.volume[crossing[lost]])
-        parcels.cause[crossing[lost]] = cause[lost]
-        parcels.cause[crossing[~pressed]] = NONE
+        parcels.mark_lost(crossing[lost], cause[lost], barriers.member[segment[lost]], carried=True)
+        losses.take_back(parcels, barriers, crossing[~pressed], segment[~pressed])
+        parcels.mark_found(crossing[~pressed])
     parcels.put_position(rows[~back], target[~back])
     _join_pools(parcels, rows[~back], barriers, slick.pools, relative)
     return rows[back]

@@ -143,11 +143,36 @@ class BoomHistory:
         return self.oil.get("passed_modelled", self.oil.get("lost_modelled", np.zeros_like(self.time)))
 
     @cached_property
+    def recovered(self) -> Array | None:
+        """Oil (N,) [m3] that skimmers at the boom had taken; None in a recording without them."""
+        found = self.skimmed("oil")
+        return np.asarray(np.sum(found, axis=0)) if found else None
+
+    def skimmed(self, what: str) -> list[Array]:
+        """Return the sum (N,) [m3] of "oil" or "water" of each skimmer at the boom; in a recording that does not say which, of all."""
+        at_boom = self.boom.skimmers
+        return [
+            np.interp(self.time, series.time, series.value)
+            for name, series in self.series.items()
+            if name.startswith("skimmers/") and name.endswith(f"/{what}") and len(series.value)
+            if at_boom is None or name.split("/")[1] in at_boom
+        ]
+
+    @cached_property
+    def at_boom(self) -> Array:
+        """Oil (N,) [m3] that the boom holds, has lost, and that was recovered."""
+        return self.oil["retained"] + self.oil["lost"] + (0.0 if self.recovered is None else self.recovered)
+
+    @cached_property
+    def met(self) -> Array:
+        """Oil (N,) [m3] that the boom had met so far; oil that floats off again, or that a skimmer takes, stays among it."""
+        return np.maximum.accumulate(self.at_boom)
+
+    @cached_property
     def loss_speeds(self) -> LossSpeeds:
         """Tow speeds at the first loss and at the gross loss."""
         losses = LossSpeeds()
-        taken_in = self.oil["retained"] + self.oil["lost"]
-        for row in zip(self.time, self.tow_speed, self.passed, taken_in, strict=True):
+        for row in zip(self.time, self.tow_speed, self.passed, self.met, strict=True):
             losses.add(*(float(value) for value in row))
         return losses
 

@@ -17,44 +17,9 @@ Array = NDArray[np.float64]
 AT_BERTH = 15.0
 
 
-def recovered_volume(history: BoomHistory) -> Array | None:
-    """Return the oil (N,) [m3] that skimmers at the boom had taken; None in a recording without them."""
-    found = _skimmed(history, "oil")
-    return np.asarray(np.sum(found, axis=0)) if found else None
-
-
-def skimmed_fluid(history: BoomHistory) -> Array:
-    """Return the oil and water (N,) [m3] that skimmers at the boom had taken."""
-    return np.asarray(
-        np.sum([np.zeros_like(history.time), *_skimmed(history, "oil"), *_skimmed(history, "water")], axis=0)
-    )
-
-
-def _skimmed(history: BoomHistory, what: str) -> list[Array]:
-    """Return a sum (N,) [m3] of each skimmer that may take the boom's oil; in a recording that does not say which, of all."""
-    at_boom = history.boom.skimmers
-    return [
-        np.interp(history.time, series.time, series.value)
-        for name, series in history.series.items()
-        if name.startswith("skimmers/") and name.endswith(f"/{what}") and len(series.value)
-        if at_boom is None or name.split("/")[1] in at_boom
-    ]
-
-
-def met_volume(history: BoomHistory) -> Array:
-    """Return the oil (N,) [m3] that the boom had met so far; oil that floats off again stays among it."""
-    return np.maximum.accumulate(_at_boom(history))
-
-
-def _at_boom(history: BoomHistory) -> Array:
-    """Return the oil (N,) [m3] that the boom holds, has lost, and that was recovered."""
-    recovered = recovered_volume(history)
-    return history.oil["retained"] + history.oil["lost"] + (0.0 if recovered is None else recovered)
-
-
 def _taken_in(history: BoomHistory) -> float:
     """Return the oil [m3] that the boom has met; oil that floats off again when the stream turns stays among it."""
-    return float(_at_boom(history).max())
+    return float(history.met[-1])
 
 
 def held(history: BoomHistory) -> float | None:
@@ -65,7 +30,7 @@ def held(history: BoomHistory) -> float | None:
 
 def recovered(history: BoomHistory) -> float | None:
     """Return the share [%] of the oil that skimmers took, of all that the boom has met; None without a skimmer or oil."""
-    recovered, taken_in = recovered_volume(history), _taken_in(history)
+    recovered, taken_in = history.recovered, _taken_in(history)
     return None if recovered is None or taken_in <= 0.0 else 100.0 * float(recovered[-1]) / taken_in
 
 
@@ -113,7 +78,7 @@ def _all_oil(history: BoomHistory) -> Array:
 def met(history: BoomHistory) -> float | None:
     """Return the share [%] of the oil that the boom has met, of that and the oil that it has not; None without oil."""
     taken_in = _taken_in(history)
-    floated_off = taken_in - float(_at_boom(history)[-1])
+    floated_off = taken_in - float(history.at_boom[-1])
     there = taken_in + max(0.0, float(history.oil["free"][-1]) - floated_off)
     return 100.0 * taken_in / there if there > 0.0 else None
 

@@ -19,7 +19,6 @@ from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.diagrams import HELD_COLOR, empty_figure, finish, line_color, volume_unit
 from scenarios.debrief.key_moments import KeyMoment
 from scenarios.debrief.loss_curve import MODELLED_COLOR, RESOLVED_COLOR
-from scenarios.debrief.measures import met_volume, recovered_volume, skimmed_fluid
 
 Array = NDArray[np.float64]
 ROUND_OFF = 1e-12  # [1] of a volume, by which a rate of 0 may miss it
@@ -40,7 +39,7 @@ def rate(time: Array, volume: Array, window: float = WINDOW) -> Array:
 
 def rates_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | None:
     """Draw oil met, held, recovered and lost; their rates; and with skimmers their efficiencies. None if the boom met no oil."""
-    met, recovered = met_volume(history), recovered_volume(history)
+    met, recovered = history.met, history.recovered
     if not met.any():
         return None
     count = 2 if recovered is None else 3
@@ -59,7 +58,7 @@ def rates_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure 
 
 def rate_figures(history: BoomHistory) -> list[tuple[str, str]]:
     """List the largest rates and the final efficiencies in words, for the table of figures; empty if the boom met no oil."""
-    met, recovered = met_volume(history), recovered_volume(history)
+    met, recovered = history.met, history.recovered
     if not met.any():
         return []
     rows = [("Largest encounter rate, mean over a minute", _per_hour(history, met))]
@@ -67,9 +66,15 @@ def rate_figures(history: BoomHistory) -> list[tuple[str, str]]:
         rows.append(("Largest recovery rate, mean over a minute", _per_hour(history, recovered)))
         rows.append(("Throughput efficiency: oil recovered, of all oil met", _percent(recovered, met)))
         rows.append(
-            ("Recovery efficiency: oil in the fluid that skimmers took", _percent(recovered, skimmed_fluid(history)))
+            ("Recovery efficiency: oil in the fluid that skimmers took", _percent(recovered, _skimmed_fluid(history)))
         )
     return rows
+
+
+def _skimmed_fluid(history: BoomHistory) -> Array:
+    """Return the oil and water (N,) [m3] that skimmers at the boom had taken."""
+    fluids = [np.zeros_like(history.time), *history.skimmed("oil"), *history.skimmed("water")]
+    return np.asarray(np.sum(fluids, axis=0))
 
 
 def _draw_volumes(axes: Axes, history: BoomHistory, met: Array, recovered: Array | None) -> None:
@@ -107,7 +112,7 @@ def _stack_losses(axes: Axes, time: Array, lost: Array, modelled: Array) -> None
 
 
 def _draw_efficiencies(axes: Axes, history: BoomHistory, met: Array, recovered: Array) -> None:
-    shown = {"throughput": (0, met), "recovery": (2, skimmed_fluid(history))}
+    shown = {"throughput": (0, met), "recovery": (2, _skimmed_fluid(history))}
     for name, (place, whole) in shown.items():
         share = np.divide(100.0 * recovered, whole, out=np.full_like(whole, np.nan), where=whole > _LEAST * whole.max())
         axes.plot(history.time, share, color=line_color(place), linewidth=1.5, label=name)

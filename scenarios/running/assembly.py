@@ -178,7 +178,9 @@ def build(
     simulators = build_simulators(scenario)
     scenario = simulators.scenario
     bodies, world = simulators.bodies, simulators.world
-    scoring = Scoring(scenario, simulators.fluid, world, simulators.fleet, simulators.level, simulators.slick)
+    scoring = Scoring(
+        scenario, simulators.fluid, world, simulators.fleet, simulators.level, simulators.slick, simulators.skimmers
+    )
     controls = _controls(simulators)
     blown = _wind_on_bodies(simulators)
     _blow(simulators, controls, blown)

@@ -147,9 +147,7 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_leve
         deployment=settings.kind,
         blockage=blockage(name, scenario, water_level),
         fed_by=settings.fed_by,
-        skimmers=tuple(
-            n for n, skimmer in scenario.skimmers.items() if skimmer.on == name or skimmer.on not in scenario.booms
-        ),
+        skimmers=scenario.skimmers_at(name),
         waiting_ties=tuple(tie for tie, one in scenario.ties.items() if one.waits and name in one.booms),
         flow_shares=() if layout.boom.pocket is None else tuple(layout.boom.flow_shares.tolist()),
         has_closures=has_closures(scenario, name),

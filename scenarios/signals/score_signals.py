@@ -32,7 +32,7 @@ def _scores(boom: str) -> Iterator[Signal]:
     yield Signal(name=f"{prefix}.oil_lost_modelled", unit="m3", read=partial(_reported, boom, _lost_modelled))
     for name, unit in SHAPE:
         yield Signal(name=f"{prefix}.{name}", unit=unit, read=partial(_reported, boom, partial(_field, name)))
-    yield Signal(name=f"{prefix}.retained_share", unit="1", read=partial(_reported, boom, _retained_share))
+    yield Signal(name=f"{prefix}.retained_share", unit="1", read=partial(_retained_share, boom))
     yield Signal(name=f"{prefix}.normal_speed_held", unit="m/s", read=partial(_held_speed, boom))
     for name in ("first_loss_speed", "gross_loss_speed"):
         yield Signal(name=f"{prefix}.{name}", unit="m/s", read=partial(_loss_speed, boom, name))
@@ -56,10 +56,10 @@ def _lost_modelled(report: ContainmentReport) -> float:
     return math.fsum(report.lost_modelled.values())
 
 
-def _retained_share(report: ContainmentReport) -> float:
-    """Return the share retained of the oil that the boom ever held; 1 before it held any."""
-    held = report.retained + report.lost
-    return report.retained / held if held > 0.0 else 1.0
+def _retained_share(boom: str, parts: RunParts) -> float:
+    """Return the share of all oil that the boom has met that it has not lost; 1 before it has met any."""
+    share = _score(boom, parts).retained_share
+    return 1.0 if share is None else share
 
 
 def _loss_speed(boom: str, name: str, parts: RunParts) -> float:

@@ -93,6 +93,10 @@ class ScoredBoom(Protocol):
     def report(self) -> ContainmentReport | None:
         """The oil's whereabouts at the last communication point."""
 
+    @property
+    def retained_share(self) -> float | None:
+        """Share [-] of all oil that the boom has met that it has not lost; None before it has met any."""
+
     def first_loss_speed(self) -> float | None:
         """Return the tow speed [m/s] at the first loss."""
 

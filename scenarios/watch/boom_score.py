@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,13 @@ class Notice:
     source: str
 
 
+class Beside(NamedTuple):
+    """Oil that is no particles: the slick, None in a run without one, and the oil [m3] that skimmers at the boom have taken of it."""
+
+    slick: SlickParticipant | None = None
+    skimmed: float = 0.0
+
+
 class BoomScore:
     """Keeps one boom's account from communication point to communication point; only `advance` changes it."""
 
@@ -74,6 +81,7 @@ class BoomScore:
         self._area = np.array(settings.area)
         self._oil_in_area: float | None = None  # [m3]
         self._held_back = 0.0  # [m3]
+        self._met = 0.0  # [m3] of oil, also what floated off again or was skimmed
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
         self.strength_share: float | None = None  # [-] largest along the boom now; None without a strength
@@ -110,12 +118,13 @@ class BoomScore:
         oil: tuple[Array, NDArray[np.uint32]],
         level: float,
         current: Array,
-        slick: SlickParticipant | None,
+        beside: Beside,
     ) -> None:
         """Take the state at `time` [s] into the account, which ends once the boom or a vessel of it has left the simulated sea.
 
-        oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s]; slick: oil that is no particles.
+        oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s].
         """
+        slick = beside.slick
         state = self._state(world)
         self._look_out(world, state)
         if self._ended:
@@ -140,7 +149,8 @@ class BoomScore:
         series |= self._optional_series(oil, slick, state.line(), level)
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
-        self._losses.add(time, speed, report.passed, report.retained + report.lost)
+        self._met = max(self._met, report.retained + report.lost + beside.skimmed)
+        self._losses.add(time, speed, report.passed, self._met)
         self._announce_speed(time, held)
         self._announce(report, speed)
 
@@ -313,6 +323,11 @@ class BoomScore:
         """Return the tow speed [m/s] at the gross loss; None before it."""
         return self._losses.gross_loss
 
+    @property
+    def retained_share(self) -> float | None:
+        """Share [-] of all oil that the boom has met that it has not lost; None before it has met any."""
+        return 1.0 - self.report.lost / self._met if self.report is not None and self._met > 0.0 else None
+
     def save_state(self) -> dict[str, Any]:
         """Return the account as it stands, as plain data."""
         return {
@@ -330,6 +345,7 @@ class BoomScore:
             "ended": self._ended,
             "oil_in_area": self._oil_in_area,
             "held_back": self._held_back,
+            "met": self._met,
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
@@ -346,16 +362,15 @@ class BoomScore:
         self._told, self._notices = set(saved["told"]), []
         self._fast, self._crossed = saved["fast"]
         self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]
-        self._held_back = saved["held_back"]
+        self._held_back, self._met = saved["held_back"], saved["met"]
 
     def summary(self) -> dict[str, Any]:
         """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
         report = self.report
         if report is None:
             return {}
-        taken_in = report.retained + report.lost
         return {
-            "retained_share": report.retained / taken_in if taken_in > 0.0 else None,
+            "retained_share": self.retained_share,
             "gap_ratio": report.gap_ratio,
             "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / KNOT,
             "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),

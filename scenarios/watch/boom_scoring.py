@@ -19,12 +19,13 @@ from scenarios.scenario import Scenario
 from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.fleet import Fleet
-from scenarios.watch.boom_score import BoomScore, Notice
-from scenarios.watch.sea_edge import rise_of
+from scenarios.watch.boom_score import Beside, BoomScore, Notice
+from scenarios.watch.sea_edge import current_of, rise_of
 from scenarios.watch.slick_account import lost_parcels
 from vessels.vessel import Vessel
 
 if TYPE_CHECKING:
+    from booms.recovery.skimming import SkimmingParticipant
     from coupling.participants.slick import SlickParticipant
 
 Array = NDArray[np.float64]
@@ -44,9 +45,12 @@ class Scoring:
         fleet: Fleet,
         level: float,
         slick: SlickParticipant | None = None,
+        skimmers: Sequence[SkimmingParticipant] = (),
     ) -> None:
-        """Prepare the accounts; `level` [m] is that of the still water, `slick` the oil of a run without particles."""
+        """Prepare the accounts; `level` [m] is that of the still water, `slick` the oil of a run without particles, which skimmers take."""
         self._slick = slick
+        named = {skimmer.name.removeprefix("skimmers/"): skimmer for skimmer in skimmers}
+        self._skimmers = {boom: [named[n] for n in scenario.skimmers_at(boom) if n in named] for boom in scenario.booms}
         self._fluid = fluid
         self._world = world
         self._level = level
@@ -72,8 +76,10 @@ class Scoring:
         for boom in self.booms:
             boom.lose(time, self._fluid, self._world, self._level)
         oil, level = self._oil(), self._level + rise_of(self._world, time)
+        current = current_of(self._world, level, time, self._current)
         for boom in self.booms:
-            boom.advance(time, self._world, oil, level, self._current, self._slick)
+            skimmed = sum(float(one.get("oil")) for one in self._skimmers[boom.name])
+            boom.advance(time, self._world, oil, level, current, Beside(self._slick, skimmed))
         self.balance = balance([boom.tracker for boom in self.booms], oil[1])
 
     def series(self) -> dict[str, float]:
@@ -134,7 +140,7 @@ class Scoring:
         self._orders = tuple(_orders(vessels, self._bearing))
 
     def take_current(self, current: Array) -> None:
-        """Compute speeds relative to water that flows at `current` (3,) [m/s] from now on."""
+        """Compute speeds relative to water that flows at `current` (3,) [m/s] from now on, where no sea has a current of its own."""
         self._current = current
 
     def summary(self) -> dict[str, Any]:

@@ -14,6 +14,8 @@ from scenarios.schema.liquid import Tank
 if TYPE_CHECKING:
     from oilsim.sea import Sea
 
+Array = NDArray[np.float64]
+
 
 def sides_passed(
     tank: Tank, places: NDArray[np.float64], slack: float, *, repeats: bool = True
@@ -36,3 +38,9 @@ def rise_of(world: RigidBodyWorld, time: float) -> float:
     """Return the height [m] of the still water at `time` [s] above that at the start, by the tide of the sea that loads the bodies."""
     sea: Sea | None = getattr(world.environment, "sea", None)
     return 0.0 if sea is None else sea.rise(time)
+
+
+def current_of(world: RigidBodyWorld, level: float, time: float, driven: Array) -> Array:
+    """Return the current (3,) [m/s] at a level [m] and a time [s]: of the sea that loads the bodies, else that which drives the liquid."""
+    sea: Sea | None = getattr(world.environment, "sea", None)
+    return driven if sea is None else np.array([*sea.current([level], time)[0], 0.0])

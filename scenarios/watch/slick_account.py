@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from booms.boom_state import signed_distance
 from booms.containment import ContainmentReport
 from oilsim.slick.loss_cause import CAUSES
+from oilsim.slick.parcels import ParcelState, sums
 from recordings.frame import PhaseFrame
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def with_slick(report: ContainmentReport, slick: SlickParticipant, boom: str) ->
         retained=held,
         free=free,
         removed=float(slick.get("recovered")),
+        recovered=float(slick.get(f"{boom}.taken_back")),
         lost=sum(lost.values()),
         lost_by_cause=lost,
         lost_modelled=modelled,
@@ -61,29 +63,27 @@ def phase_of(slick: SlickParticipant, level: float, time: float) -> PhaseFrame:
 
 def lost_parcels(slick: SlickParticipant) -> dict[str, NDArray[np.uint32]]:
     """Return the ids (N,), increasing, of the parcels that are lost now, by cause."""
-    from oilsim.slick.loss_cause import LossCause
-    from oilsim.slick.parcels import ParcelState
-
     parcels = slick.slick.parcels
     lost = parcels.fates() == ParcelState.LOST
-    ids = {cause.name.lower(): np.sort(parcels.id[lost & (parcels.cause == cause)]) for cause in LossCause}
+    ids = {name: np.sort(parcels.id[lost & (parcels.cause == cause)]) for cause, name in enumerate(CAUSES)}
     return {name: found.astype(np.uint32) for name, found in ids.items() if len(found)}
 
 
 def volumes(slick: SlickParticipant) -> Mapping[str, Any]:
     """Return the summary's `oil_m3` of a slick."""
-    account = slick.slick.account
+    account, parcels = slick.slick.account, slick.slick.parcels
     lost = {cause: volume for cause, volume in account.lost_by_cause.items() if volume > 0.0}
-    carried = dict(zip(CAUSES, slick.slick.losses.carried.sum(axis=1).tolist(), strict=True))
-    # a parcel does not remember who carried it out: of what was lost and taken back, the particles' part counts as still lost
-    modelled = {cause: max(0.0, volume - carried[cause]) for cause, volume in lost.items()}
+    by_closures = (parcels.fates() == ParcelState.LOST) & ~parcels.carried
+    modelled = dict(
+        zip(CAUSES, sums(parcels.cause[by_closures], parcels.volume[by_closures], len(CAUSES)), strict=True)
+    )
     return {
         "released": account.released,
         "afloat": account.released - account.recovered - account.stranded,
         "retained": account.held,
         "free": account.afloat,
         "lost": lost | {"left_the_tank": 0.0},
-        "lost_modelled": modelled,
+        "lost_modelled": {cause: float(modelled[cause]) for cause in lost},
         "recovered": account.recovered,
         "ashore": account.stranded,
         "resolved": account.resolved,

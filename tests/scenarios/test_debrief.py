@@ -23,7 +23,7 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.loss_curve import loss_by_speed
-from scenarios.debrief.measures import connected, deployed, over_by_segment, recovered_volume
+from scenarios.debrief.measures import connected, deployed, over_by_segment
 from scenarios.debrief.page import write_debrief
 from scenarios.debrief.recovery_rates import rate, rate_figures, rates_diagram
 from scenarios.problems import ScenarioError
@@ -323,7 +323,7 @@ def test_rates_are_means_over_the_window_and_efficiencies_of_the_whole(history: 
     ends = np.array([0.0, history.time[-1]])
     series = {name: Series(index=np.arange(2), time=ends, value=np.array([0.0, sum_])) for name, sum_ in told.items()}
     skimmed = replace(history, boom=replace(BOOM, skimmers=("a",)), series=series)
-    assert recovered_volume(skimmed)[-1] == pytest.approx(0.004)
+    assert skimmed.recovered[-1] == pytest.approx(0.004)
     assert dict(rate_figures(skimmed)) == {
         "Largest encounter rate, mean over a minute": "7.2 m³/h",
         "Largest recovery rate, mean over a minute": "7.2 m³/h",

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from oilsim.slick.barriers import STANDOFF, Barriers
 from oilsim.slick.crossing import beside, first_crossings, resting_sweep
 from oilsim.slick.loss_cause import LossCause, Pools
-from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows, sums
+from oilsim.slick.parcels import Parcels, ParcelState, Rows, sums
 from oilsim.slick.pooling.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
 from oilsim.slick.pooling.pool_profile import boom_thickness, distance_to, head_thickness, reduced_gravity, thickening
 
@@ -213,13 +213,15 @@ def lose_around_ends(parcels: Parcels, barriers: Barriers, rows: Rows) -> Array:
     beyond = barriers.points(place, np.round(along)) + STANDOFF * outward / barriers.lengths()[place, None]
     free = first_crossings(near, beyond, resting).segment < 0
     parcels.position[rows] = np.where(free[:, None], beyond, near)
-    parcels.state[rows], parcels.cause[rows] = ParcelState.LOST, int(LossCause.AROUND_ENDS)
+    parcels.state[rows] = ParcelState.LOST
+    parcels.mark_lost(rows, int(LossCause.AROUND_ENDS), barriers.member[place], carried=False)
     parcels.detach(rows)
     return volume
 
 
 def hold(parcels: Parcels, rows: Rows, segment: Rows, along: Array, side: Rows) -> None:
     """Give the parcels of rows (M,) to the pools on a side (M,) of segments (M,), at shares along (M,) [-] of their lengths."""
-    parcels.state[rows], parcels.cause[rows] = ParcelState.HELD, NONE
+    parcels.state[rows] = ParcelState.HELD
+    parcels.mark_found(rows)
     parcels.place[rows], parcels.side[rows] = segment, side
     parcels.along[rows], parcels.ahead[rows] = np.clip(along, 0.0, 1.0), 0.0

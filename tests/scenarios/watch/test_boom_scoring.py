@@ -12,7 +12,7 @@ from booms.containment import PRACTICE_SPEED
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
-from scenarios.watch.boom_score import RESTED, BoomScore
+from scenarios.watch.boom_score import RESTED, Beside, BoomScore
 from tests.scenarios.test_boom_losses import pool
 
 STEP = 0.04
@@ -100,7 +100,7 @@ class Watched:
         """Go on to `time` [s] with oil at these places [m], in a current of `speed` [m/s]."""
         assert self.assembly.world is not None
         particles = np.array(oil).reshape(-1, 3), np.arange(len(oil), dtype=np.uint32)
-        self.score.advance(time, self.assembly.world, particles, 0.6, np.array([-speed, 0.0, 0.0]), None)
+        self.score.advance(time, self.assembly.world, particles, 0.6, np.array([-speed, 0.0, 0.0]), Beside())
         self.told += [(round(time, 6), notice.text) for notice in self.score.take_notices()]
 
     def times(self, text: str) -> list[float]:

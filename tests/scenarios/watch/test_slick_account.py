@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from coupling.master.co_simulation import CoSimulation
 from coupling.participants.slick import SlickParticipant
 from oilsim.slick.loss_cause import LossCause
+from oilsim.slick.parcels import ParcelState
 from scenarios.build import build
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly
@@ -48,6 +50,40 @@ def test_what_particles_carry_past_is_resolved_and_what_is_put_back_is_told() ->
         assert boom.summary()["held_back_m3"] == pytest.approx(0.25)
         assert assembly.scoring.series()["metrics/oil_held_back"] == pytest.approx(0.25)
         assert any("put back (modelled)" in notice.text for notice in assembly.scoring.take_notices())
+
+
+def test_in_a_tide_the_stream_of_the_moment_runs_against_the_boom() -> None:
+    """Speeds of a moored boom are those of its sea, which turns; with a steady current alone they were known before."""
+    with begun("harbour-1km") as (assembly, simulation, _):
+        simulation.step()
+        assert assembly.world is not None
+        sea: Any = assembly.world.environment
+        stream = sea.sea.current([assembly.level], simulation.communication_point.time)[0]
+        series = next(iter(assembly.scoring.booms)).series()
+        assert np.hypot(*stream) > 0.1
+        assert [series["metrics/current/x"], series["metrics/current/y"]] == pytest.approx(stream.tolist())
+
+
+def test_oil_that_is_skimmed_or_floats_off_stays_among_what_the_boom_has_met() -> None:
+    """So a small loss does not become a large share of what is left; the half that is taken is not lost either."""
+    with begun("j-sweep-skimmer") as (assembly, simulation, slick):
+        simulation.step()
+        oil, (boom,) = slick.slick, assembly.scoring.booms
+        rows = oil.barriers.rows("main")
+        oil.parcels.state[:], oil.parcels.place[:], oil.parcels.side[:] = ParcelState.HELD, rows.start + 3, 1
+        simulation.step()
+        assert boom.report is not None
+        held = boom.report.retained
+        assert held > 0.0
+        (skimmer,) = assembly.skimmers.skimmers
+        taken = 0.5 * held
+        oil.recover(tuple(oil.parcels.position[0]), 1e3, taken)
+        skimmer.skimmer.account.oil += taken
+        oil.losses.gone[LossCause.DRAINAGE, rows.start] = 0.004 * held
+        slick.restore_state(slick.save_state())
+        simulation.step()
+        assert boom.report.retained <= held - taken
+        assert boom.retained_share == pytest.approx(1.0 - boom.report.lost / held, rel=0.01)
 
 
 def test_what_a_skimmer_has_taken_is_neither_shown_nor_in_the_protected_area() -> None:
