@@ -54,7 +54,10 @@ class SkimmerDesign:
 
 @dataclass
 class SkimmerAccount:
-    """Sums of a skimmer since the start [m3], and the time [s] for which it has pumped oil."""
+    """Sums of a skimmer since the start [m3], and the time [s] for which it has pumped oil.
+
+    encountered: oil that came to its mouth while it worked, each litre once, taken or not.
+    """
 
     encountered: float = 0.0
     oil: float = 0.0
@@ -73,7 +76,6 @@ class Skimmer:
         self.is_running = True
         self.oil_aboard = self.water_aboard = 0.0  # [m3] in the storage
         self.ashore_until: float | None = None  # [s] when a storage that is being emptied is back
-        self._met = 0.0  # [m3] oil that passes the mouth in this step
 
     @property
     def room(self) -> float:
@@ -84,6 +86,11 @@ class Skimmer:
     def is_full(self) -> bool:
         """True if less than a millionth of the storage is free."""
         return self.room <= 1e-6 * self.design.storage
+
+    @property
+    def works(self) -> bool:
+        """True unless it is stopped, or its storage is full or ashore."""
+        return self.is_running and self.ashore_until is None and not self.is_full
 
     def begin(self, time: float, duration: float) -> None:
         """Let water out, and bring back a storage that has been emptied, before a step from `time` [s]."""
@@ -98,14 +105,12 @@ class Skimmer:
     def wanted(self, volume: float, density: float, speed: float, duration: float) -> float:
         """Return the oil [m3] to take in a step, of `volume` [m3] of `density` [kg/m3] at the mouth; `speed` [m/s] of the water past it."""
         design = self.design
-        self._met = 0.0
-        if not self.is_running or self.ashore_until is not None or volume <= 0.0:
+        if not self.works or volume <= 0.0:
             return 0.0
         thickness = volume / (0.25 * math.pi * design.swath**2)
         reduced = GRAVITY * max(0.0, 1.0 - density / design.water_density)
         passing = max(speed, math.sqrt(reduced * thickness)) / (0.25 * math.pi * design.swath)
         offered = volume * -math.expm1(passing * math.log1p(-design.throughput_efficiency) * duration)
-        self._met = offered / design.throughput_efficiency
         pumped = design.nameplate * duration
         return min(offered, min(pumped, self.room) * design.recovery_efficiency)
 
@@ -115,7 +120,6 @@ class Skimmer:
         self.oil_aboard += oil
         self.water_aboard += water
         account = self.account
-        account.encountered += self._met
         account.oil += oil
         account.water += water
         account.working += duration if oil > 0.0 else 0.0

@@ -16,6 +16,7 @@ from coupling.participant import Causality, Status, StepResult, Variable, checke
 from coupling.participants.slick import SlickParticipant
 from coupling.rigid.rotations import rotation_matrices
 from oilsim.slick.parcels import ParcelState
+from oilsim.slick.recovery import rows_within
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,7 @@ class SkimmingParticipant:
         self._offset = np.asarray(offset, np.float64)
         self.skimmer = Skimmer(design)
         self._rate = 0.0
+        self._met = np.zeros(0, np.int64)  # ids of the parcels that have come to its mouth
         self._told: list[str] = []
         self._told_full = False
         self._pose, self._twist = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), np.zeros(6)
@@ -106,6 +108,8 @@ class SkimmingParticipant:
         volume, density = slick.oil_within(mouth, radius)
         flow = self._slick.flow.surface_velocity(np.array([mouth]), time)[0]
         speed = float(np.linalg.norm(flow - self._twist[:2]))
+        if skimmer.works:
+            self._meet(rows_within(slick.parcels, mouth, radius))
         wanted = skimmer.wanted(volume, density, speed, step_size)
         taken = slick.recover(mouth, radius, wanted) if wanted > 0.0 else 0.0
         if taken > 0.0 and skimmer.account.oil == 0.0:
@@ -117,6 +121,14 @@ class SkimmingParticipant:
         if taken > 0.0:
             self._slick.observe()
         return StepResult(Status.OK, time + step_size)
+
+    def _meet(self, rows: NDArray[np.int64]) -> None:
+        """Count the oil of parcels of rows (M,) that come to the mouth for the first time."""
+        parcels = self._slick.slick.parcels
+        new = rows[~np.isin(parcels.id[rows], self._met)]
+        if len(new):
+            self.skimmer.account.encountered += float(parcels.volume[new].sum())
+            self._met = np.union1d(self._met, parcels.id[new])
 
     def _tell_full(self) -> None:
         design, self._told_full = self.skimmer.design, True
@@ -135,6 +147,7 @@ class SkimmingParticipant:
             "pose": self._pose.copy(),
             "twist": self._twist.copy(),
             "told_full": self._told_full,
+            "met": self._met.copy(),
         }
 
     def restore_state(self, state: object) -> None:
@@ -145,7 +158,7 @@ class SkimmingParticipant:
             )
         self.skimmer.restore_state(state["skimmer"])
         self._pose, self._twist = state["pose"].copy(), state["twist"].copy()
-        self._told_full = state["told_full"]
+        self._told_full, self._met = state["told_full"], state["met"].copy()
 
     def terminate(self) -> None:
         """Do nothing: a skimmer holds no resources."""

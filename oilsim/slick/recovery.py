@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.slick.parcels import NONE, Parcels, ParcelState
+from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
 
 ON_WATER = (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST, ParcelState.RESOLVED)
 
 
+def rows_within(parcels: Parcels, center: tuple[float, float], radius: float) -> Rows:
+    """Return the rows (M,) of the oil on the water within `radius` [m] of a center."""
+    near = np.hypot(*(parcels.position - np.asarray(center)).T) <= radius
+    return np.flatnonzero(near & np.isin(parcels.state, ON_WATER))
+
+
 def oil_within(parcels: Parcels, center: tuple[float, float], radius: float) -> tuple[float, float]:
     """Return the volume [m3] of the oil on the water within `radius` [m] of a center, and its mean density [kg/m3], 0 without oil."""
-    near = np.hypot(*(parcels.position - np.asarray(center)).T) <= radius
-    rows = np.flatnonzero(near & np.isin(parcels.state, ON_WATER))
+    rows = rows_within(parcels, center, radius)
     volume = float(parcels.volume[rows].sum())
     mass = float((parcels.volume[rows] * parcels.density[rows]).sum())
     return volume, mass / volume if volume > 0.0 else 0.0

@@ -149,10 +149,14 @@ class BoomHistory:
         return np.asarray(np.sum(found, axis=0)) if found else None
 
     def skimmed(self, what: str) -> list[Array]:
-        """Return the sum (N,) [m3] of "oil" or "water" of each skimmer at the boom; in a recording that does not say which, of all."""
+        """Return the sum (N,) [m3] of "oil" or "water" of each skimmer at the boom."""
+        return [np.interp(self.time, series.time, series.value) for series in self.of_skimmers(what)]
+
+    def of_skimmers(self, what: str) -> list[Series]:
+        """Return a series, such as "oil", of each skimmer at the boom that has values; where a recording does not say which, of all."""
         at_boom = self.boom.skimmers
         return [
-            np.interp(self.time, series.time, series.value)
+            series
             for name, series in self.series.items()
             if name.startswith("skimmers/") and name.endswith(f"/{what}") and len(series.value)
             if at_boom is None or name.split("/")[1] in at_boom
@@ -160,8 +164,11 @@ class BoomHistory:
 
     @cached_property
     def at_boom(self) -> Array:
-        """Oil (N,) [m3] that the boom holds, has lost, and that was recovered."""
-        return self.oil["retained"] + self.oil["lost"] + (0.0 if self.recovered is None else self.recovered)
+        """Oil (N,) [m3] that the boom holds, has lost, and that was recovered since it first had oil."""
+        there = self.oil["retained"] + self.oil["lost"]
+        if self.recovered is None:
+            return there
+        return np.asarray(there + np.where(np.maximum.accumulate(there) > 0.0, self.recovered, 0.0))
 
     @cached_property
     def met(self) -> Array:

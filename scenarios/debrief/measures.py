@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.replay.running_extremes import WORST
+from recordings.replay.running_extremes import WORST, reached
 from scenarios.debrief.boom_history import BoomHistory
 
 Array = NDArray[np.float64]
@@ -35,12 +35,8 @@ def recovered(history: BoomHistory) -> float | None:
 
 
 def skimmer(history: BoomHistory) -> float | None:
-    """Return the largest mean distance [m] of a skimmer from the oil, over the time in which there was oil."""
-    means = []
-    for name, series in history.series.items():
-        if name.startswith("skimmers/") and name.endswith("/off_oil"):
-            means += [float(series.value.mean())] if len(series.value) else []
-    return max(means, default=None)
+    """Return the largest mean distance [m] of a skimmer at the boom from the oil, over the time in which there was oil."""
+    return max((float(series.value.mean()) for series in history.of_skimmers("off_oil")), default=None)
 
 
 def deployed(history: BoomHistory) -> float | None:
@@ -65,9 +61,13 @@ def connected(history: BoomHistory) -> float | None:
 
 
 def strength(history: BoomHistory) -> float | None:
-    """Return the largest tension as a share [%] of what the boom bears there; None without a strength."""
-    series = history.series.get(f"{WORST}strength_share") or history.series.get("strength_share")
-    return None if series is None or not len(series.value) else 100.0 * float(series.value.max())
+    """Return the largest tension after the start-up as a share [%] of what the boom bears there; None without a strength."""
+    series, worst = (history.series.get(f"{prefix}strength_share") for prefix in ("", WORST))
+    if series is None or not len(series.value):
+        return None
+    shares = reached(series.value, None if worst is None else worst.value)
+    after = series.time >= history.time[history.settled][0]
+    return 100.0 * float(shares[after].max()) if after.any() else None
 
 
 def _all_oil(history: BoomHistory) -> Array:
@@ -112,9 +112,12 @@ def most_in_area(history: BoomHistory) -> float | None:
 
 
 def led(history: BoomHistory) -> float | None:
-    """Return the share [%] of all oil that was in the boom's area at the end; None if it was not recorded."""
+    """Return the share [%] of all oil that was in the boom's area at the end or was recovered; None if it was not recorded."""
     shares = _in_area(history)
-    return None if shares is None else float(shares[-1])
+    if shares is None:
+        return None
+    recovered = 0.0 if history.recovered is None else 100.0 * float(history.recovered[-1] / _all_oil(history).max())
+    return float(shares[-1]) + recovered
 
 
 def time_over(history: BoomHistory, speed: float) -> float:
@@ -149,11 +152,10 @@ def draft(history: BoomHistory) -> float:
 
 
 def snatch(history: BoomHistory) -> float | None:
-    """Return the peak of the tow tension over its mean [-]; None without tension at an end."""
+    """Return the largest peak of a tow tension over its mean [-]; an end that was slack throughout does not count, None if all were."""
     means = {end: float(tension[history.settled].mean()) for end, tension in history.tow_tension.items()}
-    if not means or not all(means.values()):
-        return None
-    return max(float(history.tow_peak[end][history.settled].max()) / mean for end, mean in means.items())
+    peaks = {end: float(history.tow_peak[end][history.settled].max()) for end in means}
+    return max((peaks[end] / mean for end, mean in means.items() if mean > 0.0), default=None)
 
 
 def sharing(history: BoomHistory) -> float | None:

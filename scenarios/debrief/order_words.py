@@ -74,9 +74,15 @@ def _state_in_words(key: str, written: str) -> str:
     """Return an order to an engine, a boom or a tie in words; empty for another one."""
     match key.split("."):
         case ["vessels", vessel, "engine"]:
-            return f"the engine of {vessel} {'runs again' if written == 'running' else 'has stopped'}"
+            which = written.removesuffix("stopped")  # "port " or "starboard " of two
+            return (
+                f"the engine of {vessel} runs again"
+                if written == "running"
+                else f"the {which}engine of {vessel} has stopped"
+            )
         case ["booms", boom, "parted"]:
-            return f"boom {boom} parts at joint {written.strip('[]').split(',')[-1].strip()}"
+            joints = [joint.strip() for joint in written.strip("[]").split(",")]
+            return f"boom {boom} parts at joint{'s' if len(joints) > 1 else ''} {' and '.join(joints)}"
         case ["ties", tie, "made_fast"]:
             return f"the tie {tie} is made fast"
         case ["ties", tie, "parted"]:

@@ -182,7 +182,9 @@ def signals_of(exercise: SignalTables) -> dict[str, Signal]:
 
 def _tow(exercise: SignalTables) -> Iterator[Signal]:
     """Yield the orders of [tow], to every vessel whose helmsman has no orders of its own."""
-    followers = [name for name, v in exercise.vessels.items() if v.control == "helmsman" and not v.legs]
+    followers = [
+        name for name, v in exercise.vessels.items() if v.control == "helmsman" and not (v.legs or v.waypoints)
+    ]
     tow = exercise.tow
     if tow is None or not followers:
         return

@@ -149,7 +149,8 @@ class BoomScore:
         series |= self._optional_series(oil, slick, state.line(), level)
         series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
         self._series = series | self._pull(world, step) | self._remember(report, held)
-        self._met = max(self._met, report.retained + report.lost + beside.skimmed)
+        there = report.retained + report.lost
+        self._met = max(self._met, there + (beside.skimmed if self._met > 0.0 or there > 0.0 else 0.0))
         self._losses.add(time, speed, report.passed, self._met)
         self._announce_speed(time, held)
         self._announce(report, speed)
@@ -311,6 +312,8 @@ class BoomScore:
         """Keep the extreme values of the summary's scores for recordings, which do not hold every communication point."""
         for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
             self._worst[key] = max(self._worst.get(key, 0.0), value)
+        if self.strength_share is not None:
+            self._worst["strength_share"] = max(self._worst.get("strength_share", 0.0), self.strength_share)
         draft = report.effective_draft
         self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
         return {f"metrics/{WORST}{key}": value for key, value in self._worst.items()}

@@ -23,7 +23,7 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.loss_curve import loss_by_speed
-from scenarios.debrief.measures import connected, deployed, over_by_segment
+from scenarios.debrief.measures import connected, deployed, held, led, over_by_segment, recovered, skimmer, snatch
 from scenarios.debrief.page import write_debrief
 from scenarios.debrief.recovery_rates import rate, rate_figures, rates_diagram
 from scenarios.problems import ScenarioError
@@ -274,6 +274,31 @@ def test_the_first_jerks_do_not_count(history: BoomHistory) -> None:
     assert calm["snatch"] == pytest.approx(60.0 / ((10 * 24.0 + 60.0) / 11.0))
 
 
+def test_an_end_that_hangs_slack_does_not_hide_the_jerks_of_the_other(history: BoomHistory) -> None:
+    ends = list(history.tow_tension)
+    slack = {end: np.zeros_like(pull) if end == ends[0] else pull for end, pull in history.tow_tension.items()}
+    alone = {ends[1]: history.tow_tension[ends[1]]}
+    assert snatch(replace(history, tow_tension=slack)) == snatch(replace(history, tow_tension=alone)) is not None
+    assert snatch(replace(history, tow_tension={ends[0]: slack[ends[0]]})) is None
+
+
+def test_skimmers_count_for_the_boom_whose_oil_they_take(history: BoomHistory) -> None:
+    """Another boom's skimmer does not, nor does one beside a boom without oil; what a pocket's skimmer took was led there."""
+    ends = np.array([0.0, history.time[-1]])
+    told = {"skimmers/a/oil": (0.0, 0.006), "skimmers/a/off_oil": (3.0, 3.0), "skimmers/b/off_oil": (30.0, 40.0)}
+    series = {name: Series(index=np.arange(2), time=ends, value=np.array(values)) for name, values in told.items()}
+    pocket = replace(history, boom=replace(BOOM, skimmers=("a",)), series=series)
+    assert skimmer(pocket) == pytest.approx(3.0)
+    assert skimmer(replace(pocket, boom=replace(BOOM, skimmers=()))) is None
+    nothing = dict.fromkeys(("retained", "lost"), np.zeros_like(history.time))
+    idle = replace(pocket, oil={**history.oil, **nothing})
+    assert held(idle) is None and recovered(idle) is None
+    area = {"in_area": np.linspace(0.0, 0.003, len(history.time))}
+    both = (led(replace(one, oil={**history.oil, **area})) for one in (pocket, history))
+    whole = sum(history.oil[name] for name in ("retained", "lost", "free", "removed")).max()
+    assert list(both) == pytest.approx([100.0 * 0.009 / whole, 100.0 * 0.003 / whole])
+
+
 def test_a_scenario_adds_and_drops_criteria(history: BoomHistory) -> None:
     own = CriterionSettings(
         title="Pull of port",
@@ -300,7 +325,10 @@ def test_oil_that_a_skimmer_took_is_met_and_not_lost(history: BoomHistory) -> No
     last = history.time[-1]
     time = np.array([0.4, 0.8, 1.2, last])
     told = {"skimmers/a/oil": [0.0, 0.005, 0.010, 0.010], "skimmers/a/off_oil": [4.0, 4.0, 4.0, 8.0]}
-    told |= {"to_berth": [30.0, 20.0, 10.0, 5.0], "strength_share": [0.2, 0.9, 0.3, 0.3]}
+    told |= {
+        "to_berth": [30.0, 20.0, 10.0, 5.0],
+        "strength_share": [0.95, 0.2, 0.9, 0.3],
+    }  # the first one while it started up
     series = {name: Series(index=np.arange(4), time=time, value=np.array(values)) for name, values in told.items()}
     skimmed = replace(history, series=series)
     judged = grade(skimmed, {"strength": CriterionSettings(weight=1.0)})

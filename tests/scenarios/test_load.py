@@ -11,6 +11,7 @@ import pytest
 from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.schema.bodies import MeshBody
+from scenarios.schema.sea import RegularSeaWaves, SteadySeaCurrent, SteadySeaWind
 
 SMALL = """
 name = "small"
@@ -316,6 +317,20 @@ def test_sailors_give_compass_courses_and_winds_by_where_they_come_from(tmp_path
     for order in ("forcing.wind.direction_deg=90", "forcing.wind.from_compass=180"):
         wind = load_scenario(file, overrides=[order]).scenario.forcing.wind
         assert wind is not None and math.degrees(wind.direction) == pytest.approx(90.0)
+
+
+def test_the_sea_takes_compass_courses_too() -> None:
+    changes = [
+        "sea.wind={kind='steady',speed=8,from_compass=225}",
+        "sea.waves={kind='regular',height=0.4,period=4,from_compass=270}",
+        "sea.current={kind='steady',speed=0.2,toward_compass=180}",
+    ]
+    sea = load_scenario("sweep-200m", overrides=changes).scenario.sea
+    assert isinstance(sea.wind, SteadySeaWind) and isinstance(sea.current, SteadySeaCurrent)
+    assert isinstance(sea.waves, RegularSeaWaves)
+    assert math.degrees(sea.wind.direction) == pytest.approx(45.0)  # a south-west wind blows to the north-east
+    assert math.degrees(sea.waves.direction) == pytest.approx(0.0)
+    assert math.degrees(sea.current.direction) == pytest.approx(-90.0)
 
 
 @pytest.mark.parametrize(

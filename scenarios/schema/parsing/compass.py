@@ -22,6 +22,9 @@ _PLACES: Mapping[tuple[str, ...], str] = {
     ("forcing", "wind"): "from_compass",
     ("forcing", "waves"): "from_compass",
     ("forcing", "current"): "toward_compass",
+    ("sea", "wind"): "from_compass",
+    ("sea", "waves"): "from_compass",
+    ("sea", "current"): "toward_compass",
 }
 
 

@@ -28,6 +28,7 @@ from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.exercise_fmu import ExerciseParticipant, exercise_content
+from scenarios.signals.signal_table import signals_of
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "fmus"
 QUICK = ("fluid.particle_spacing=0.16", "run.threads=1", "run.duration=0.4")
@@ -322,6 +323,12 @@ def test_line_too_stiff_for_its_bodies_is_refused(folder: Path) -> None:
         ScenarioError, match=r"booms\.main\.line_stiffness cannot be used: .*stiffness is 1e\+07 N, allowed: up to"
     ):
         assembled(folder / "winch-tow.toml", "booms.main.line_stiffness=1e7")
+
+
+def test_orders_of_the_tow_do_not_reach_vessels_with_a_route_of_their_own() -> None:
+    routes = [f"vessels.{name}.waypoints=[[50.0,{side}]]" for name, side in (("port", 30.0), ("starboard", -30.0))]
+    followed, alone = (load_scenario("sweep-200m", overrides=changes).scenario for changes in ([], routes))
+    assert "tow.speed" in signals_of(followed) and "tow.speed" not in signals_of(alone)
 
 
 def test_signals_reach_what_they_are_called_after(folder: Path) -> None:
