@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -87,18 +88,29 @@ def beside(points: Array, line: Array, period: tuple[float, float]) -> Array:
     line (K, 2) [m] is closed across the gap; period [m] along x and y, 0 along an axis on which the sea does not repeat. A boom sails on
     beyond the length of the sea, while the liquid enters it again at the opposite side.
     """
-    moved, images = np.array(points, dtype=np.float64), [np.zeros(2)]
+    (low, high), images = (line.min(axis=0), line.max(axis=0)), [np.zeros(2)]
+    moved = nearest_image(points, 0.5 * (low + high), period)
     for axis, length in enumerate(period):
         if length > 0.0:
-            low, high = line[:, axis].min(), line[:, axis].max()
-            moved[:, axis] -= length * np.round((moved[:, axis] - 0.5 * (low + high)) / length)
-            most = math.ceil(0.5 * (high - low) / length + 0.5 + _NEAR) - 1
+            most = math.ceil(0.5 * (high[axis] - low[axis]) / length + 0.5 + _NEAR) - 1
             steps = [length * step * np.eye(2)[axis] for step in range(-most, most + 1)]
             images = [image + step for image in images for step in steps]
     if len(images) == 1:
         return moved
     depths = np.array([signed_distance(moved[:, :2] + image, line)[0] for image in images])
     moved[:, :2] += np.array(images)[depths.argmax(axis=0)]
+    return moved
+
+
+def nearest_image(points: NDArray[Any], place: Array, period: tuple[float, float]) -> NDArray[Any]:
+    """Return points (N, 2 or 3) [m] of a sea that repeats, moved by whole periods to where they lie nearest to a place in plan [m].
+
+    period [m] along x and y, 0 along an axis on which the sea does not repeat. In a sea without periods they are the points themselves.
+    """
+    moved = np.array(points, dtype=np.float64) if any(period) else points
+    for axis, length in enumerate(period):
+        if length > 0.0:
+            moved[:, axis] -= length * np.round((moved[:, axis] - place[axis]) / length)
     return moved
 
 

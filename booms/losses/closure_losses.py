@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.boom_state import BoomState, signed_distance
+from booms.boom_state import BoomState, beside, nearest_image, signed_distance
 from booms.containment import ContainmentTracker, Standing
 from booms.losses.budgets import LossBudgets
 from booms.losses.lean import effective_draft
@@ -49,7 +49,8 @@ class LostBoom:
     """A boom as its closures know it: sizes [m], seed, and the rules.
 
     closures: the rates; oils: by the name of their phase; waters: names of the other phases; segment_length, freeboard, float_width,
-    spacing [m]; seed: of the order in which segments' losses fall due.
+    spacing [m]; seed: of the order in which segments' losses fall due; period [m] of the sea along x and y, 0 along an axis on which it
+    does not repeat: a boom sails on beyond the length of the sea, its liquid does not.
     """
 
     closures: Closures
@@ -61,21 +62,28 @@ class LostBoom:
     float_width: float
     spacing: float
     seed: int = 0
+    period: tuple[float, float] = (0.0, 0.0)
 
 
 class _HeldOil:
-    """The oil that the boom holds now: ids (N,), position (N, 3), velocity (N, 3), segment (N,) before which it lies, kind (N,)."""
+    """The oil that the boom holds now: ids (N,), position (N, 3), velocity (N, 3), segment (N,) before which it lies, kind (N,).
 
-    def __init__(self, fluid: Fluid, oils: Sequence[str], standing: Standing, line: Array) -> None:
-        parts = [(fluid.phase_ids(name), fluid.phase_positions(name), fluid.phase_velocities(name)) for name in oils]
+    In a sea that repeats, its position is that of the image which lies in the boom.
+    """
+
+    def __init__(self, fluid: Fluid, boom: LostBoom, standing: Standing, line: Array) -> None:
+        parts = [
+            (fluid.phase_ids(name), fluid.phase_positions(name), fluid.phase_velocities(name)) for name in boom.oils
+        ]
         ids = np.concatenate([part[0] for part in parts]).astype(np.int64)
         position = np.concatenate([part[1] for part in parts]).astype(np.float64)
         kind = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
-        retained = np.isin(ids, standing.ids[standing.retained])
-        inside = np.zeros(len(ids), np.bool_)
-        inside[retained] = signed_distance(position[retained, :2], line)[0] > 0.0
-        self.ids, self.position, self.kind = ids[inside], position[inside], kind[inside]
-        self.velocity = np.concatenate([part[2] for part in parts]).astype(np.float64)[inside]
+        retained = np.flatnonzero(np.isin(ids, standing.ids[standing.retained]))
+        place = beside(position[retained], line, boom.period)
+        inside = signed_distance(place[:, :2], line)[0] > 0.0
+        held = retained[inside]
+        self.ids, self.position, self.kind = ids[held], place[inside], kind[held]
+        self.velocity = np.concatenate([part[2] for part in parts]).astype(np.float64)[held]
         self.segment = np.full(len(self.ids), -1, np.int64)
 
 
@@ -110,7 +118,7 @@ class ClosureLosses:
             return
         self._time = time
         standing = tracker.standing()
-        held = _HeldOil(fluid, list(self._boom.oils), standing, state.line())
+        held = _HeldOil(fluid, self._boom, standing, state.line())
         flow = self._flow(fluid, state, level)
         duration = 0.0 if before is None else time - before
         drivers = self._drivers(fluid, state, level, held, flow, duration)
@@ -135,15 +143,15 @@ class ClosureLosses:
 
     def _flow(self, fluid: Fluid, state: BoomState, level: float) -> Array:
         """Return the undisturbed flow (S, 2) [m/s]; NaN where the water ahead tells none."""
-        draft = self._boom.closures.skirt_depth
-        flow = forced_flow(fluid, state, level - 0.5 * draft)
+        draft, period = self._boom.closures.skirt_depth, self._boom.period
+        flow = forced_flow(fluid, state, level - 0.5 * draft, period)
         if flow is not None:
             return flow
         lightest = min(self._boom.oils.values(), key=lambda oil: oil.reduced_gravity)
         below = front_thickness(self._speed, lightest) + self._boom.spacing
         position = np.concatenate([fluid.phase_positions(name) for name in self._boom.waters]).astype(np.float64)
         velocity = np.concatenate([fluid.phase_velocities(name) for name in self._boom.waters]).astype(np.float64)
-        return flow_ahead(position, velocity, state, draft=draft, level=level, below=below)
+        return flow_ahead(position, velocity, state, draft=draft, level=level, below=below, period=period)
 
     def _drivers(
         self, fluid: Fluid, state: BoomState, level: float, held: _HeldOil, flow: Array, duration: float
@@ -277,15 +285,16 @@ class ClosureLosses:
 
         side: 1 before the boom, -1 behind it.
         """
-        particles, spacing = fluid.particles, self._boom.spacing
+        particles, spacing, line = fluid.particles, self._boom.spacing, state.line()
         phases = [fluid.config.phase_index(name) for name in self._boom.waters]
+        images = nearest_image(particles.position.T, place, self._boom.period)
         near = np.ones(fluid.particle_count, np.bool_)
         for axis in range(3):
-            near &= np.abs(particles.position[axis] - place[axis]) < REACH * spacing
+            near &= np.abs(images[:, axis] - place[axis]) < REACH * spacing
         index = np.flatnonzero(near)
         index = index[np.isin(particles.phase[index], phases)]
-        position = particles.position[:, index].T.astype(np.float64)
-        beyond = side * signed_distance(position[:, :2], state.line())[0] > 1.01 * spacing
+        position = images[index].astype(np.float64)
+        beyond = side * signed_distance(beside(position, line, self._boom.period)[:, :2], line)[0] > 1.01 * spacing
         allowed = beyond & (position[:, 2] > heights[0]) & (position[:, 2] < heights[1])
         if not allowed.any():
             return None

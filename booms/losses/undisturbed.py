@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.boom_state import BoomState
+from booms.boom_state import BoomState, nearest_image
 from oilsim.forcing import AiryWaves, Current, heading
 from oilsim.solver import Fluid
 
@@ -17,13 +17,15 @@ Array = NDArray[np.float64]
 NEAREST, FARTHEST = 2.0, 4.0  # [drafts] ahead of the segment between which the water is taken
 
 
-def forced_flow(fluid: Fluid, boom: BoomState, height: float) -> Array | None:
+def forced_flow(fluid: Fluid, boom: BoomState, height: float, period: tuple[float, float]) -> Array | None:
     """Return the horizontal flow (S, 2) [m/s] at the segments that the fluid's current and waves prescribe; None without either.
 
-    height [m]: at which the waves' orbital velocity is taken.
+    height [m]: at which the waves' orbital velocity is taken. period [m] of the sea along x and y: a segment that has sailed on beyond the
+    fluid's box meets the waves that run in the box.
     """
     flow, forced = np.zeros((len(boom.position), 2)), False
-    x, y = boom.position[:, :2].astype(np.float32).T
+    middle = 0.5 * (np.array(fluid.config.lower) + np.array(fluid.config.upper))
+    x, y = nearest_image(boom.position[:, :2], middle, period).astype(np.float32).T
     for forcing in fluid.forcings:
         if isinstance(forcing, Current):
             flow += np.asarray(forcing.velocity[:2])
@@ -35,18 +37,28 @@ def forced_flow(fluid: Fluid, boom: BoomState, height: float) -> Array | None:
     return flow if forced else None
 
 
-def flow_ahead(position: Array, velocity: Array, boom: BoomState, *, draft: float, level: float, below: Array) -> Array:
+def flow_ahead(
+    position: Array,
+    velocity: Array,
+    boom: BoomState,
+    *,
+    draft: float,
+    level: float,
+    below: Array,
+    period: tuple[float, float],
+) -> Array:
     """Return the mean horizontal velocity (S, 2) [m/s] of water 2 to 4 drafts ahead of each segment; NaN where there is none.
 
     position, velocity (N, 3) [m, m/s] of the water's particles. Those count that lie between `below` (S,) [m] under the still `level` [m],
-    so that the oil lies above them, and one draft [m] deeper, and no farther aside than the segment's half length or a draft.
+    so that the oil lies above them, and one draft [m] deeper, and no farther aside than the segment's half length or a draft. They are seen
+    across the sides of a sea with a period [m] along x and y.
     """
     normal, line = boom.normal(), boom.line()
     result = np.full((len(normal), 2), np.nan)
     for k, outward in enumerate(normal):
         middle = 0.5 * (line[k] + line[k + 1])
         reach = max(0.5 * float(np.linalg.norm(line[k + 1] - line[k])), draft)
-        offset = position[:, :2] - middle
+        offset = nearest_image(position[:, :2], middle, period) - middle
         ahead = -(offset @ outward)
         aside = np.abs(offset @ np.array([-outward[1], outward[0]]))
         deep = level - below[k] - position[:, 2]

@@ -37,6 +37,7 @@ def closure_losses(scenario: Scenario, boom: str, layout: BoomLayout) -> Closure
             float_width=float(breadth[1] - breadth[0]),
             spacing=spacing,
             seed=settings.seed,
+            period=scenario.period,
         )
     )
 

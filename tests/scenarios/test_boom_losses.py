@@ -100,6 +100,16 @@ def test_the_last_oil_of_a_pool_is_put_back_like_any_other(scenario_run: type[Sc
     assert run.assembly.scoring.summary()["a"]["held_back_m3"] == pytest.approx(SPACING**3)
 
 
+def test_closures_see_the_oil_of_a_boom_that_lies_across_a_periodic_side(scenario_run: type[ScenarioRun]) -> None:
+    """The apex has gone past side -x, and the oil in it lies before side +x."""
+    data = pool(boom={"ends": [[0.4, 1.8], [0.4, 0.2]]})
+    data["tank"] |= {"periodic": ["x"], "open": ["+z"]}
+    data["fill"]["slick"] |= {"lower": [3.4, 0.6, 0.5], "upper": [4.0, 1.4, 0.66]}
+    run = scenario_run(scenario_from(data))
+    run.run(0.5)
+    assert run.assembly.scoring.series()["metrics/closure_loss_rate"] > 1e-5
+
+
 def test_without_closures_nothing_is_modelled(scenario_run: type[ScenarioRun]) -> None:
     run = scenario_run(scenario_from(pool(boom={"losses": "resolved"})))
     assert not any(balanced(run, 0.3)["oil_m3"]["lost_modelled"].values())

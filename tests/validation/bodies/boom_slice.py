@@ -135,7 +135,7 @@ def stream(resolution: int, bench: Bench, speed: float, jitter: int = 0, oil: Oi
     closures = LostBoom(
         closures=Closures(skirt_depth=DRAFT, resolution=Resolution(spacing=spacing, skirt_depth=DRAFT)),
         oils={"oil": oil}, waters=["water"], segments=len(boom.position), segment_length=width / FRONTS[resolution],
-        freeboard=FREEBOARD, float_width=THICKNESS * spacing, spacing=spacing,
+        freeboard=FREEBOARD, float_width=THICKNESS * spacing, spacing=spacing, period=(LENGTH, 0.0),
     )  # fmt: skip
     return Slice(fluid, current, boom, ContainmentTracker(options), ClosureLosses(closures))
 
