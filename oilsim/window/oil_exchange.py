@@ -14,10 +14,12 @@ becomes water.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.slick.crossing import first_crossings, resting_sweep
@@ -163,7 +165,8 @@ class OilExchange:
         rest = self._plan_at_rest(parcels.position[rows], time)
         middle = self.window.rim.inward(rest) > self.window.rim.width + FADE * spacing
         thick = parcels.thickness[rows] >= spacing
-        thick |= (parcels.state[rows] == ParcelState.HELD) & self._beside_oil(parcels.position[rows], parcels)
+        asked = np.flatnonzero(middle & ~thick & (parcels.state[rows] == ParcelState.HELD))
+        thick[asked] = self._beside_oil(parcels.position[rows[asked]], parcels)
         rows = rows[middle & thick]
         for group in _groups(parcels, rows, GROUP * spacing):
             self._resolve(slick, group, time)
@@ -189,10 +192,9 @@ class OilExchange:
     def _beside_oil(self, position: Array, parcels: Parcels) -> NDArray[np.bool_]:
         """Mark points (N, 2) [m] beside oil that is resolved and not lost."""
         oil = parcels.position[(parcels.state == ParcelState.RESOLVED) & (parcels.cause == NONE)]
-        if not len(oil):
-            return np.zeros(len(position), np.bool_)
-        reach = BESIDE * self._config.particle_spacing
-        return np.array([(np.hypot(*(oil - one).T) < reach).any() for one in position], np.bool_)
+        found = np.zeros(len(position), np.bool_)
+        _mark_near(position, oil, BESIDE * self._config.particle_spacing, found)
+        return found
 
     def _resolve(self, slick: Slick, group: Rows, time: float) -> None:
         """Turn as much of a group's oil into particles as fills whole ones, as far as there is water at the surface for them."""
@@ -205,10 +207,12 @@ class OilExchange:
             if water == NONE:
                 return
             used.add(water)
-            columns: dict[str, Any] = {name: float(share @ getattr(parcels, name)[rows]) for name in MEANS}
-            columns |= {"position": middle, "volume": volumes.sum()}
-            columns |= {name: getattr(parcels, name)[rows[0]] for name in ("cause", "loser", "carried")}
+            means, alike = (*MEANS, "along", "ahead"), ("cause", "loser", "carried", "place", "side")  # a boom holds what it held
+            columns: dict[str, Any] = {name: float(share @ getattr(parcels, name)[rows]) for name in means}
+            columns |= {name: getattr(parcels, name)[rows[0]] for name in alike}
             columns |= {
+                "position": middle,
+                "volume": volumes.sum(),
                 "state": ParcelState.RESOLVED,
                 "particle": int(self.window.fluid.change_phase([water], phase)[0]),
             }
@@ -231,6 +235,17 @@ class OilExchange:
         origin = np.broadcast_to(place, places.shape)
         free = first_crossings(origin, places, resting_sweep(slick.barriers)).segment < 0
         return next((int(one) for one in state.id[near[free]] if int(one) not in used), NONE)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _mark_near(position: Array, oil: Array, reach: float, found: NDArray[np.bool_]) -> None:
+    """Mark the points (N, 2) [m] in found (N,) that are nearer than `reach` [m] to any of the oil (M, 2) [m]."""
+    for i in range(len(position)):
+        for k in range(len(oil)):
+            x, y = oil[k, 0] - position[i, 0], oil[k, 1] - position[i, 1]
+            if abs(x) < reach and math.hypot(x, y) < reach:
+                found[i] = True
+                break
 
 
 def _groups(parcels: Parcels, rows: Rows, width: float) -> Iterator[Rows]:

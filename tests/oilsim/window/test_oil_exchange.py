@@ -10,10 +10,11 @@ import pytest
 from oilsim.sea import CurrentProfile, RegularWaves, SteadyFlow
 from oilsim.slick.barriers import Boom, Immersion
 from oilsim.slick.loss_cause import LossCause
-from oilsim.window.oil_exchange import OilExchange
+from oilsim.slick.parcels import ParcelState
+from oilsim.window.oil_exchange import BESIDE, OilExchange
 from oilsim.window.resolved_parcels import CoarseSkirts
 from oilsim.window.window import Window
-from tests.oilsim.window.meeting import CURRENT, OIL, PARTICLE, WATER, Meeting
+from tests.oilsim.window.meeting import CURRENT, OIL, PARTICLE, SPACING, WATER, Meeting
 
 
 def test_thick_oil_becomes_particles_and_leaves_as_parcels(meet: Callable[..., Meeting]) -> None:
@@ -90,8 +91,11 @@ def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: Callable[..., Mee
     for _ in range(25):
         case.step()
         case.require_exact()
+        account = case.slick.account
+        assert account.held == pytest.approx(case.slick.pools.volume.sum()), (
+            "what has just become particles is held, too"
+        )
     assert case.exchange.taken > 0.1
-    account = case.slick.account
     passed = sum(account.passed[cause] for cause in ("drainage", "through", "splash_over"))
     assert passed > 0.05
     assert account.lost > 0.0
@@ -116,6 +120,30 @@ def test_a_restored_exchange_repeats_its_steps(meet: Callable[..., Meeting]) -> 
         np.testing.assert_array_equal(values, ends[1][0][name], err_msg=name)
     np.testing.assert_array_equal(ends[0][1], ends[1][1])
     assert ends[0][2] == ends[1][2]
+
+
+def test_held_oil_joins_particles_beside_it_and_no_others(meet: Callable[..., Meeting]) -> None:
+    """Of many parcels held in a row, all thinner than a particle, those go that lie within reach of a particle that is not lost."""
+    case = meet((Boom(name="pocket", nodes=NODES, draft=0.6),))
+    oil, parcels = case.slick, case.slick.parcels
+    oil.release(OIL, 2.0 * PARTICLE, count=2, center=(-0.3, 0.0), radius=0.01)
+    parcels.thickness[:] = 1.0
+    case.exchange.exchange(oil, 0.0)
+    assert case.oil_particles == 2
+    parcels.position[:], parcels.cause[1] = [[-0.3, -0.5], [-0.3, 0.9]], LossCause.DRAINAGE
+    row = np.linspace(-1.2, 1.2, 250)
+    oil.release(OIL, 250.0 * PARTICLE, count=250, center=(-0.3, 0.0), radius=0.01)
+    held = np.flatnonzero(parcels.state == ParcelState.AFLOAT)
+    parcels.position[held] = np.column_stack([np.full(250, -0.3), row])
+    parcels.state[held], parcels.place[held], parcels.side[held] = ParcelState.HELD, 1, -1
+    parcels.thickness[held] = 0.01
+    before = case.exchange.taken
+    case.exchange.exchange(oil, 0.0)
+    left = parcels.position[parcels.state == ParcelState.HELD, 1]
+    beyond = np.abs(row + 0.5) >= BESIDE * SPACING
+    assert beyond.sum() == 136
+    assert set(row[beyond]) <= set(left)
+    assert case.exchange.taken > before
 
 
 def test_a_window_without_oil_is_refused(meet: Callable[..., Meeting]) -> None:
