@@ -131,11 +131,10 @@ class BoomScore:
             self._series = {}
             return
         flow = (float(current[0]), float(current[1]))
-        if slick is None or len(oil[1]):
+        if slick is None:
             report = self.tracker.update(time, state, *oil, water_level=level, current=flow)
-        else:
+        else:  # particles of a window are parcels of the slick, and lie in a box of their own
             report = self.tracker.update_without_particles(time, state, water_level=level, current=flow)
-        if slick is not None:
             report = with_slick(report, slick, self.name)
         report = self._looked_at(time, report)
         self.report = report

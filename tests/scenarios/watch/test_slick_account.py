@@ -16,6 +16,7 @@ from oilsim.slick.parcels import ParcelState
 from scenarios.build import build
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly
+from scenarios.watch.boom_score import Beside
 from scenarios.watch.slick_account import phase_of, volume_within
 
 
@@ -84,6 +85,21 @@ def test_oil_that_is_skimmed_or_floats_off_stays_among_what_the_boom_has_met() -
         simulation.step()
         assert boom.report.retained <= held - taken
         assert boom.retained_share == pytest.approx(1.0 - boom.report.lost / held, rel=0.01)
+
+
+def test_particles_of_a_window_are_not_counted_beside_the_parcels_that_they_are() -> None:
+    """Their places are those in the window's box at rest: one that goes out of and into the boom there has not been taken back."""
+    with begun("sweep-200m") as (assembly, simulation, slick):
+        simulation.step()
+        (boom,) = assembly.scoring.booms
+        assert assembly.world is not None
+        barriers = slick.slick.barriers
+        within = np.array([[*barriers.start[barriers.rows("main")].mean(axis=0), 0.0]])
+        for second, place in enumerate((within, within - [500.0, 0.0, 0.0], within)):
+            particle = place, np.zeros(1, np.uint32)
+            boom.advance(1.0 + second, assembly.world, particle, 0.0, np.zeros(3), Beside(slick))
+        assert boom.summary()["taken_back_m3"] == 0.0
+        assert not len(boom.tracker.standing().ids)
 
 
 def test_what_a_skimmer_has_taken_is_neither_shown_nor_in_the_protected_area() -> None:
