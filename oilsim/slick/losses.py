@@ -12,8 +12,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.jit import EXACT
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import beside, resting_sweep
 from oilsim.slick.loss_cause import LossCause, Pools
@@ -70,14 +72,20 @@ class Losses:
         for pool in np.flatnonzero(debt > volume).tolist():
             left = self.owed[:, pool] * (1.0 - volume[pool] / debt[pool])
             self.owed[:, pool] -= left
-            heir = _next_pool(pool, volume > debt + left.sum(), barriers)
-            if heir is not None:
+            heir = next_pool(pool, volume > debt + left.sum(), barriers.following, barriers.preceding)
+            if heir >= 0:
                 self.owed[:, heir] += left
                 debt[heir] += left.sum()
 
     def _due(self, volume: Array, loss_volume: float) -> NDArray[np.bool_]:
-        """Find the causes and pools (causes, P) that owe a parcel; volume (P,) [m3] of the pools."""
-        return np.asarray((volume > 0.0) & (self.owed >= ROUNDED * np.minimum(loss_volume, volume)))
+        """Find the causes and pools (causes, P) that owe a parcel; volume (P,) [m3] of the pools.
+
+        A pool that owes all its oil, to several causes together, owes it to the one with the largest share first.
+        """
+        owed = self.owed >= ROUNDED * np.minimum(loss_volume, volume)
+        emptied = self.owed.sum(axis=0) >= ROUNDED * volume
+        owed[self.owed.argmax(axis=0)[emptied], emptied] = True
+        return np.asarray((volume > 0.0) & owed)
 
     def carry_out(self, parcels: Parcels, barriers: Barriers, volume: Array, loss_volume: float) -> bool:
         """Take all that is due out of pools of some volume (P,) [m3], in parcels of `loss_volume` [m3] or a pool's last oil.
@@ -140,13 +148,19 @@ class Losses:
             setattr(self, name, saved[name].copy())
 
 
-def _next_pool(pool: int, able: NDArray[np.bool_], barriers: Barriers) -> int | None:
-    """Return the pool nearest along the boom, on the same side, of those that are able (P,); None if none is."""
+@njit(**EXACT)
+def next_pool(pool, able, following, preceding):
+    """Return the pool [-] nearest along the boom, on the same side, of those that are able (P,); -1 if none is.
+
+    following, preceding (S,): segments tied to each segment's end and start, -1 at a free end.
+    """
     ahead = behind = pool // 2
-    for _ in range(len(barriers)):
-        ahead = int(barriers.following[ahead]) if ahead >= 0 else NONE
-        behind = int(barriers.preceding[behind]) if behind >= 0 else NONE
+    for _ in range(following.shape[0]):
+        ahead = following[ahead] if ahead >= 0 else NONE
+        behind = preceding[behind] if behind >= 0 else NONE
+        if ahead < 0 and behind < 0:
+            break
         for segment in (ahead, behind):
             if segment >= 0 and able[2 * segment + pool % 2]:
                 return 2 * segment + pool % 2
-    return None
+    return NONE
