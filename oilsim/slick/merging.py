@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import first_crossings, resting_sweep
-from oilsim.slick.parcels import Parcels, ParcelState
+from oilsim.slick.parcels import Parcels, ParcelState, Rows
 
 MEANS = ("density", "viscosity", "interfacial_tension", "spreading_tension", "age", "thickness")
 KEYS = ("state", "cause", "loser", "carried", "place", "side", "particle")
@@ -45,14 +45,30 @@ def _merge_round(parcels: Parcels, barriers: Barriers, excess: int, cell: float)
     one, other = one[free], other[free]
     swap = parcels.volume[other] > parcels.volume[one]
     kept, removed = np.where(swap, other, one), np.where(swap, one, other)
+    _add_to(parcels, kept, removed)
+    _remove(parcels, removed)
+
+
+def unite(parcels: Parcels, rows: Rows) -> None:
+    """Make one parcel of those of rows (M,), at least one: it is the first one, with the volume and the mean properties of all."""
+    for row in rows[1:, None]:
+        _add_to(parcels, rows[:1], row)
+    _remove(parcels, rows[1:])
+
+
+def _add_to(parcels: Parcels, kept: Rows, removed: Rows) -> None:
+    """Give volume and properties of the parcels in rows `removed` (M,) to those in rows `kept` (M,)."""
     total = parcels.volume[kept] + parcels.volume[removed]
     share = parcels.volume[removed] / total
     for name in MEANS:
         column = getattr(parcels, name)
         column[kept] += share * (column[removed] - column[kept])
     parcels.volume[kept] = total
+
+
+def _remove(parcels: Parcels, rows: Rows) -> None:
     mask = np.ones(len(parcels), np.bool_)
-    mask[removed] = False
+    mask[rows] = False
     parcels.keep(mask)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from oilsim.slick.merging import unite
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
 
 ON_WATER = (ParcelState.AFLOAT, ParcelState.HELD, ParcelState.LOST, ParcelState.RESOLVED)
@@ -26,7 +27,7 @@ def oil_within(parcels: Parcels, center: tuple[float, float], radius: float) -> 
 def recover(parcels: Parcels, center: tuple[float, float], radius: float, volume: float) -> float:
     """Take up to `volume` [m3] of the oil on the water out of it within `radius` [m] of a center; return the volume that was there [m3].
 
-    The nearest parcels go first; the last one is split. Raises ValueError for a radius or volume below 0.
+    The nearest parcels go first; the last one is split. All recovered oil is one parcel. Raises ValueError for a radius or volume below 0.
     """
     for name, value in (("radius", radius), ("volume", volume)):
         if not (np.isfinite(value) and value >= 0.0):
@@ -44,4 +45,7 @@ def recover(parcels: Parcels, center: tuple[float, float], radius: float, volume
         taken += float(parcels.volume[going])
         parcels.state[going] = ParcelState.RECOVERED
         parcels.detach(np.array([going]))
+    recovered = np.flatnonzero(parcels.state == ParcelState.RECOVERED)
+    if len(recovered) > 1:  # rows of oil that is gone would count as parcels, and make others merge
+        unite(parcels, recovered)
     return taken

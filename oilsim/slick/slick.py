@@ -151,7 +151,8 @@ class Slick:
         self.parcels.age += duration
         self.barriers.settle()
         if len(self.parcels) > self.settings.most_parcels:
-            cell = cell_size(self.parcels.volume, self.parcels.thickness)
+            there = self.parcels.there()  # recovered oil is one large parcel, and would widen the cells
+            cell = cell_size(self.parcels.volume[there], self.parcels.thickness[there])
             merge_parcels(self.parcels, self.barriers, self.settings.most_parcels, cell)
 
     def relative_velocity(self, water: SurfaceFlow, time: float, duration: float) -> Array:

@@ -61,6 +61,18 @@ def test_a_parcel_of_just_the_volume_goes_whole_and_no_more_than_there_is() -> N
     assert recover(parcels, CENTER, 1.0, 100.0) == 0.0
 
 
+def test_all_recovered_oil_is_one_parcel_with_the_mean_properties() -> None:
+    parcels = parcels_on_the_water()
+    mass = (parcels.volume * parcels.density).sum()
+    for _ in range(3):
+        recover(parcels, CENTER, 1.0, 0.0009)
+    gone = parcels.state == ParcelState.RECOVERED
+    assert gone.sum() == 1
+    assert parcels.volume[gone] == pytest.approx(0.0027)
+    assert parcels.density[gone] == pytest.approx((930.0 + 1.7 * 900.0) / 2.7)
+    assert (parcels.volume * parcels.density).sum() == pytest.approx(mass, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("radius", "volume", "name"), [(-1.0, 1.0, "radius"), (1.0, np.nan, "volume"), (np.inf, 1.0, "radius")]
 )

@@ -154,6 +154,16 @@ def test_recovery_takes_what_is_asked_for_and_no_more(make_slick):
         slick.recover((0.0, 0.0), -1, 1.0)
 
 
+def test_oil_that_is_recovered_does_not_make_others_merge(make_slick):
+    """A skimmer takes a little in each of 300 steps: the 500 parcels on the water stay, of 600 allowed."""
+    slick = make_slick(most_parcels=600)
+    for step in range(300):
+        assert slick.recover((0.0, 0.0), 30.0, 1e-5) > 0.0
+        slick.step(UniformFlow(), float(step), 1.0)
+    assert slick.parcels.there().sum() == 500
+    assert slick.account.recovered == pytest.approx(0.003, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
