@@ -240,9 +240,9 @@ class SlickParticipant:
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s] in one step of the slick."""
-        self._move_barriers(time + step_size)
-        for source in self.sources:
+        for source in self.sources:  # first of all: a waterline that moves in this step meets the new oil, too
             source.pour(self._slick, time, step_size)
+        self._move_barriers(time + step_size)
         if self.particles is not None:
             relative = self._slick.relative_velocity(self._water or self._flow, time, step_size)
             self.particles.follow(self._slick, relative, time + step_size)

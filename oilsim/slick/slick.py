@@ -23,7 +23,7 @@ from oilsim.slick.parcels import Parcels, ParcelState, Rows
 from oilsim.slick.pooling.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide, sustain
 from oilsim.slick.recovery import oil_within, recover
 from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
-from oilsim.slick.stranding import carry_stranded, strand
+from oilsim.slick.stranding import carry_stranded, nearest_water, strand
 from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = NDArray[np.float64]
@@ -87,22 +87,41 @@ class Slick:
         disc with parcels inside an outline.
         """
         self._require_release(oil, volume, count, radius, age)
+        columns = self._disc(oil, volume, count, center, radius, age)
+        if self.barriers.encloses(columns["position"]).any():
+            raise ValueError(f"release: the disc at {center} reaches into an outline, allowed: water")
+        self._add(columns, volume)
+
+    def pour(self, oil: Oil, volume: float, *, center: tuple[float, float], radius: float) -> None:
+        """Put `volume` [m3] of fresh oil in a disc of `radius` [m] as one parcel; on land or a hull it runs down to the nearest water.
+
+        Raises ValueError for numbers that cannot be, and oil as dense as the water.
+        """
+        self._require_release(oil, volume, 1, radius, 0.0)
+        columns = self._disc(oil, volume, 1, center, radius, 0.0)
+        if self.barriers.encloses(columns["position"]).any():
+            columns["position"] = nearest_water(columns["position"], self.barriers)
+        self._add(columns, volume)
+
+    def _disc(
+        self, oil: Oil, volume: float, count: int, center: tuple[float, float], radius: float, age: float
+    ) -> dict[str, Any]:
+        """Return the columns of `count` equal parcels of `volume` [m3] in all, in a disc of `radius` [m]; age [s]."""
         share = (np.arange(count) + 0.5) / count
         distance = radius * np.sqrt(1.0 - np.cbrt(1.0 - share) ** 2)
         angle = GOLDEN_ANGLE * np.arange(count) + 2.0 * math.pi * self._random.random()
         ray = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        position = np.asarray(center, np.float64) + distance[:, None] * ray
-        if self.barriers.encloses(position).any():
-            raise ValueError(f"release: the disc at {center} reaches into an outline, allowed: water")
         volumes = np.full(count, volume / count)
         volumes[-1] = volume - volumes[:-1].sum()
         thickness = 1.5 * volume / (math.pi * radius**2) * np.sqrt(1.0 - (distance / radius) ** 2)
-        columns = {
-            "position": position, "volume": volumes, "thickness": thickness, "density": oil.density,
-            "viscosity": oil.dynamic_viscosity, "interfacial_tension": oil.interfacial_tension,
+        return {
+            "position": np.asarray(center, np.float64) + distance[:, None] * ray, "volume": volumes, "thickness": thickness,
+            "density": oil.density, "viscosity": oil.dynamic_viscosity, "interfacial_tension": oil.interfacial_tension,
             "spreading_tension": oil.spreading_tension, "age": age, "state": ParcelState.AFLOAT,
         }  # fmt: skip
-        self.parcels.append(columns, count)
+
+    def _add(self, columns: Mapping[str, Any], volume: float) -> None:
+        self.parcels.append(columns, len(columns["volume"]))
         self._released += volume
         self.changes += 1
 

@@ -44,7 +44,7 @@ class SpillSource:
         self._waited += duration
         if self._owed > 0.0 and (self._waited > PERIOD - _SLACK or self._left == 0.0):
             radius = max(self.radius, math.sqrt(1.5 * self._owed / (math.pi * THICKEST)))
-            slick.release(self.oil, self._owed, count=1, center=self.center, radius=radius)
+            slick.pour(self.oil, self._owed, center=self.center, radius=radius)
             self._owed = self._waited = 0.0
 
     def save_state(self) -> dict[str, float]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.slick.barriers import Barriers
+from oilsim.slick.crossing import beside, resting_sweep
 from oilsim.slick.parcels import Parcels, ParcelState, Rows, sums
 
 Array = NDArray[np.float64]
@@ -37,6 +38,20 @@ def strand(parcels: Parcels, barriers: Barriers, rows: Rows, segment: Rows, alon
         room[where] = max(room[where] - volume, 0.0)
         parcels.state[sticking], parcels.place[sticking] = ParcelState.STRANDED, where
         parcels.along[sticking], parcels.side[sticking] = along[k], side[k]
+
+
+def nearest_water(points: Array, barriers: Barriers) -> Array:
+    """Return the places (N, 2) [m] beside an outline and inside of none that are nearest to points (N, 2) [m]."""
+    outlines = np.flatnonzero(~barriers.is_boom)
+    start, way = barriers.start[outlines], (barriers.end - barriers.start)[outlines]
+    segment, side, resting = np.tile(outlines, 2), np.repeat([1, -1], len(outlines)), resting_sweep(barriers)
+    found = np.empty_like(points)
+    for n, point in enumerate(points):
+        along = np.clip(((point - start) * way).sum(axis=1) / (way**2).sum(axis=1), 0.0, 1.0)
+        places = beside(barriers, segment, np.tile(along, 2), side, resting)
+        distance = np.where(barriers.encloses(places), np.inf, np.hypot(*(places - point).T))
+        found[n] = places[np.argmin(distance)]
+    return found
 
 
 def carry_stranded(parcels: Parcels, barriers: Barriers) -> None:

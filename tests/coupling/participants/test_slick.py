@@ -9,12 +9,14 @@ from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.participant import Causality, Status, StepResult, Variable, variable_table
-from coupling.participants.plan_barriers import BoomBodies, HullBody
+from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
 from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.slick.barriers import Boom, Outline
 from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.oil import Oil
+from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
+from oilsim.slick.spill_source import SpillSource
 from oilsim.slick.surface_flow import UniformFlow
 
 BODIES = [f"segment-{k}" for k in range(12)]
@@ -179,3 +181,40 @@ def test_a_leaning_boom_in_a_sea_tells_lean_draft_and_freeboard_from_the_local_s
     assert participant.get("sweep.draft") == pytest.approx([0.3 + 0.45 * np.cos(lean)])
     assert participant.get("sweep.freeboard") == pytest.approx([0.3 * np.cos(lean) - 0.3])
     assert not slick.barriers.is_submerged.any()  # the top at 0.26 m is above the still water
+
+
+class Tide:
+    """A still sea whose level changes by a rate [m/s]."""
+
+    level = 0.0
+
+    def __init__(self, rate: float) -> None:
+        self.rate = rate
+
+    def rise(self, time):
+        return self.rate * time
+
+    def elevation(self, xy, time):
+        return np.full(len(xy), self.rise(time))
+
+
+@pytest.mark.parametrize("rate", [-0.01, 0.01])
+def test_oil_poured_on_a_beach_lies_at_its_waterline_as_the_tide_moves_that(rate):
+    """A waterline that runs 0.2 m/s out or in never leaves poured oil on land, unless it sticks there."""
+    beach = Beach(waterline=(0.0, 0.0, 0.0), seaward=-0.5 * np.pi, slope=0.05, width=100.0, capacity=0.0001)
+    shore = Outline(name=beach.name, nodes=beach.outline(0.0), capacity=beach.capacity, carries=False)
+    slick = Slick(SlickSettings(loss_volume=0.002, seed=1), [shore])
+    participant = SlickParticipant(
+        "slick", slick, CarryingSea(UniformFlow((0.0, -0.01)), None, Tide(rate)), beach=beach
+    )
+    oil = Oil(density=875.0, dynamic_viscosity=0.02, interfacial_tension=0.02)
+    participant.sources.append(SpillSource("leak", oil, (-20.0, 10.0), 0.1, 0.001))
+    run = CoSimulation([participant], [], STEP)
+    run.initialize()
+    for _ in range(120):
+        run.step()
+        afloat = slick.parcels.state == ParcelState.AFLOAT
+        assert not slick.barriers.encloses(slick.parcels.position[afloat]).any()
+    assert slick.account.released == pytest.approx(0.030)
+    assert (np.abs(slick.parcels.position[:, 0] + 20.0) < 6.0).all()
+    assert (slick.account.stranded > 0.0) == (rate < 0.0)

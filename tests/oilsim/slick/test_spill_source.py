@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim.slick.barriers import Outline
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
 
 OIL = Oil(density=880.0, dynamic_viscosity=0.02, interfacial_tension=0.02)
+SHORE = [(20.0, -50.0), (60.0, -50.0), (60.0, 50.0), (20.0, 50.0)]
 
 
 def poured(source: SpillSource, slick: Slick, begin: float, end: float, step: float = 0.1) -> None:
@@ -42,6 +44,21 @@ def test_rate_may_change_and_a_restart_goes_on():
         ends.append(slick.parcels.volume.copy())
     assert ends[0].sum() == pytest.approx(0.01 * 7.0, abs=0.01)
     assert np.array_equal(*ends)
+
+
+@pytest.mark.parametrize("shore", [SHORE, SHORE[::-1]])
+@pytest.mark.parametrize(
+    ("where", "nearest"), [((26.0, 5.0), (20.0, 5.0)), ((20.01, 5.0), (20.0, 5.0)), ((30.0, 48.0), (30.0, 50.0))]
+)
+def test_oil_poured_on_land_runs_down_to_the_nearest_water(shore, where, nearest):
+    """Whichever way round the outline is given, and whether the disc lies in it as a whole or in part."""
+    slick = Slick(SlickSettings(loss_volume=0.001, seed=2), [Outline(name="shore", nodes=shore, capacity=1.0)])
+    poured(SpillSource("leak", OIL, where, 0.1, 0.0001), slick, 0.0, 9.0)
+    assert slick.account.released == pytest.approx(0.0009)
+    assert not slick.barriers.encloses(slick.parcels.position).any()
+    assert np.abs(slick.parcels.position - nearest).max() < 0.1
+    with pytest.raises(ValueError, match="reaches into an outline, allowed: water"):
+        slick.release(OIL, 0.1, count=10, center=where, radius=0.1)
 
 
 @pytest.mark.parametrize(
