@@ -20,7 +20,16 @@ from oilsim.slick.losses import Losses
 from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
-from oilsim.slick.pooling.pools import arrange, hold, lose_around_ends, measure_pools, release_slack, slide, sustain
+from oilsim.slick.pooling.pools import (
+    arrange,
+    hold,
+    lose_around_ends,
+    measure_pools,
+    release_slack,
+    slacken,
+    slide,
+    sustain,
+)
 from oilsim.slick.recovery import oil_within, recover
 from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.stranding import carry_stranded, nearest_water, strand
@@ -76,6 +85,7 @@ class Slick:
         self._released = 0.0
         self.changes = 0  # releases, recoveries, steps and restored states so far
         self._sustained = np.zeros(2 * len(self.barriers))  # [m/s] of the water against each pool's segment
+        self._slack = np.ones(2 * len(self.barriers))  # [-] of each pool, see `slacken`
         self.pools = self._measure(np.zeros((len(self.barriers), 2)))
 
     def release(
@@ -164,6 +174,7 @@ class Slick:
         self.changes += 1
         relative = self.relative_velocity(water or flow, time, duration)
         sustain(self._sustained, self.barriers, relative, duration)
+        slacken(self._slack, self.barriers, relative, duration)
         self._drift(flow, time, duration, relative)
         self._tend_pools(relative, duration, loss_rate)
         carry_stranded(self.parcels, self.barriers)
@@ -230,7 +241,7 @@ class Slick:
         self.pools = self._measure(relative)
         arrange(parcels, barriers, self.pools, duration, friction)
         self.losses.add(loss_rate(self.pools), self.pools, barriers, duration)
-        changed = release_slack(parcels, self.pools)
+        changed = release_slack(parcels, self._slack)
         if self.losses.carry_out(parcels, barriers, self.pools.volume, self.settings.loss_volume) or changed:
             self.pools = self._measure(relative)
 
@@ -265,6 +276,7 @@ class Slick:
             "losses": self.losses.save_state(),
             "pools": self.pools,
             "sustained": self._sustained.copy(),
+            "slack": self._slack.copy(),
             "random": self._random.bit_generator.state,
             "released": self._released,
         }
@@ -275,7 +287,7 @@ class Slick:
         self.parcels.restore_state(saved["parcels"])
         self.barriers.restore_state(saved["barriers"])
         self.losses.restore_state(saved["losses"])
-        self._sustained = np.array(saved["sustained"])
+        self._sustained, self._slack = np.array(saved["sustained"]), np.array(saved["slack"])
         self.pools = Pools(*saved["pools"])  # a checkpoint's file holds a plain tuple
         self._random.bit_generator.state = saved["random"]
         self._released = saved["released"]

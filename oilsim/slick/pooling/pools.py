@@ -32,6 +32,8 @@ LEAST_FRONT = 0.1
 STABLE_SLOPE = 0.25
 # [1] length of a pool over its thickness, from which on its head is whole; tuned; assumed, the same as in `booms.losses.entrainment`
 HEAD_LENGTH = 5.0
+# [drafts] that water runs back from a segment until it takes the oil along; tuned; assumed, waves of that height move water by less
+RETREAT = 3.0
 
 
 def pool_of(parcels: Parcels, rows: Rows) -> Rows:
@@ -79,6 +81,15 @@ def sustain(sustained: Array, barriers: Barriers, relative: Array, duration: flo
     sustained -= np.expm1(-duration * np.maximum(pressed, sustained) / draft) * (pressed - sustained)
 
 
+def slacken(slack: Array, barriers: Barriers, relative: Array, duration: float) -> None:
+    """Bring the slack (P,) [-] of pools up to date after `duration` [s]: the way that water has run back from the segment, in RETREATs.
+
+    relative (S, 2) [m/s]: velocity of the water relative to each segment. The way shortens while the water presses. It stays from 0 to 1.
+    """
+    farthest = RETREAT * np.maximum(np.repeat(barriers.draft, 2), STANDOFF)
+    np.clip(slack - duration * normal_speeds(barriers, relative) / farthest, 0.0, 1.0, out=slack)
+
+
 def measure_pools(
     parcels: Parcels, barriers: Barriers, relative: Array, sustained: Array, water_density: float, friction: float
 ) -> Pools:
@@ -93,7 +104,7 @@ def measure_pools(
     normal_speed = normal_speeds(barriers, relative)
     volume, density, viscosity, tension = _sums_of_pools(parcels, len(barriers))
     with np.errstate(divide="ignore", invalid="ignore"):
-        cosine = np.where(speed > 0.0, normal_speed / speed, 0.0)
+        cosine = np.where(speed > 0.0, np.abs(normal_speed) / speed, 0.0)
     front = length * np.maximum(cosine, LEAST_FRONT)
     pressed = (normal_speed > 0.0) & (volume > 0.0)
     head, thick, reach = np.zeros((3, len(segment)))
@@ -109,15 +120,16 @@ def measure_pools(
     )  # fmt: skip
 
 
-def release_slack(parcels: Parcels, pools: Pools) -> bool:
-    """Let oil float freely, from where it lies now, where the water does not press it against its segment; return whether any does."""
-    if not (pools.volume[pools.normal_speed <= 0.0] > 0.0).any():
-        return False
+def release_slack(parcels: Parcels, slack: Array) -> bool:
+    """Let the oil of pools whose slack (P,) [-] is 1 float freely, from where it lies now; return whether there is any.
+
+    In waves water runs to and fro, and oil with it, but the boom still holds it.
+    """
     held = np.flatnonzero(parcels.state == ParcelState.HELD)
-    slack = held[pools.normal_speed[pool_of(parcels, held)] <= 0.0]
-    parcels.state[slack] = ParcelState.AFLOAT
-    parcels.detach(slack)
-    return True
+    free = held[slack[pool_of(parcels, held)] >= 1.0]
+    parcels.state[free] = ParcelState.AFLOAT
+    parcels.detach(free)
+    return len(free) > 0
 
 
 def _slope_speeds(pools: Pools, barriers: Barriers, friction: float, duration: float) -> Array:

@@ -15,6 +15,17 @@ class Rotation:
         return self.rate * np.stack([-points_xy[:, 1], points_xy[:, 0]], axis=1)
 
 
+class Swell:
+    """Water that runs at `mean` in +x, and to and fro by `swing` about it [m/s] with a period of 3 s; the mean turns after `turn` [s]."""
+
+    def __init__(self, mean: float, swing: float, turn: float) -> None:
+        self.mean, self.swing, self.turn = mean, swing, turn
+
+    def surface_velocity(self, points_xy, time):
+        mean = self.mean if time < self.turn else -self.mean
+        return np.tile([mean + self.swing * np.sin(2.0 * np.pi * time / 3.0), 0.0], (len(points_xy), 1))
+
+
 class Tide:
     """A stream in +x that turns after `turn` [s]."""
 
