@@ -207,7 +207,10 @@ class OilExchange:
             if water == NONE:
                 return
             used.add(water)
-            means, alike = (*MEANS, "along", "ahead"), ("cause", "loser", "carried", "place", "side")  # a boom holds what it held
+            means, alike = (
+                (*MEANS, "along", "ahead"),
+                ("cause", "loser", "carried", "place", "side"),
+            )  # a boom holds what it held
             columns: dict[str, Any] = {name: float(share @ getattr(parcels, name)[rows]) for name in means}
             columns |= {name: getattr(parcels, name)[rows[0]] for name in alike}
             columns |= {

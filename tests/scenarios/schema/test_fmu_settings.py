@@ -326,7 +326,11 @@ def test_line_too_stiff_for_its_bodies_is_refused(folder: Path) -> None:
 
 
 def test_orders_of_the_tow_do_not_reach_vessels_with_a_route_of_their_own() -> None:
-    routes = [f"vessels.{name}.waypoints=[[50.0,{side}]]" for name, side in (("port", 30.0), ("starboard", -30.0))]
+    routes = [
+        f"vessels.{name}.{entry}"
+        for name in ("port", "starboard")
+        for entry in ("waypoints=[[50.0,0.0]]", "transit=0.3")
+    ]
     followed, alone = (load_scenario("sweep-200m", overrides=changes).scenario for changes in ([], routes))
     assert "tow.speed" in signals_of(followed) and "tow.speed" not in signals_of(alone)
 
