@@ -29,7 +29,7 @@ class BoomBodies:
 
     name         of the slick's boom
     bodies       names of the bodies
-    start, end   joints of every segment in its body frame [m]; neighbours meet halfway between theirs
+    start, end   joints of every segment in its body frame [m]; neighbours meet halfway between theirs, unless the joint has parted
     foot, top    lowest point of the skirt and highest of the float in the body frame [m]; z points up from foot to top
     seals        whether its foot seals where it lies on the ground, as tubes full of water do (*modelled*)
     """
@@ -42,11 +42,17 @@ class BoomBodies:
     top: Point
     seals: bool = False
 
-    def nodes(self, poses: Array) -> Array:
-        """Return the nodes (S + 1, 2) [m]; poses (S, 7) [m, 1] of the bodies."""
+    def nodes(self, poses: Array, parted: npt.NDArray[np.bool_]) -> Array:
+        """Return the nodes (N, 2) [m], as many as segments, one, and one more for each joint that has parted.
+
+        poses (S, 7) [m, 1] of the bodies; parted (S,) whether the joint at a segment's end has parted.
+        """
         ends = _placed(poses, (self.start, self.end))[:, :, :2]
-        inner = 0.5 * (ends[:-1, 1] + ends[1:, 0])
-        return np.concatenate([ends[:1, 0], inner, ends[-1:, 1]])
+        middle = 0.5 * (ends[:-1, 1] + ends[1:, 0])
+        whole = ~parted[:-1]
+        ends[:-1, 1][whole], ends[1:, 0][whole] = middle[whole], middle[whole]
+        own = np.append(True, parted[:-1])  # whether a segment's start is a node of its own
+        return ends[np.stack([own, np.ones_like(own)], axis=1)]
 
     def feet_and_tops(self, poses: Array) -> tuple[Array, Array]:
         """Return the feet and the tops (S, 3) [m] of the segments; poses (S, 7) [m, 1] of the bodies."""

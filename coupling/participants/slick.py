@@ -259,8 +259,8 @@ class SlickParticipant:
         if self._poses is None:
             return
         for boom, rows in zip(self._booms, self._boom_rows, strict=True):
-            poses = self._poses[rows]
-            self._slick.move(boom.name, boom.nodes(poses), self._immersion(boom, poses, time))
+            poses, parted = self._poses[rows], self._slick.barriers.parted[self._rows[boom.name]]
+            self._slick.move(boom.name, boom.nodes(poses, parted), self._immersion(boom, poses, time))
         for hull in self._hulls:
             self._slick.move(hull.name, hull.outline(self._poses[self.bodies.index(hull.body)]))
 

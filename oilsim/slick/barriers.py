@@ -1,7 +1,8 @@
 """Barriers in plan view: booms, which hold oil, and outlines of land and hulls, to which it sticks.
 
 All barriers are chains of straight segments with common nodes, so that a chain has no gaps. During a step every node moves on a straight
-line from its old to its new place.
+line from its old to its new place. Where a joint of a boom has parted, each of its two segments has a node of its own, and oil passes
+between these. A segment of no length is not in the water, as where a boom is wound on a reel: nothing meets it.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ STANDOFF = 1e-3
 MARGIN = 20.0
 # [margins] from an end within which parcels are looked after in sharper corners; numerical; down to 0.6 degrees
 NEAR = 5.0
+# [m] least length of a segment at the start, as which shorter ones count later; numerical; its margins fill half of it
+SHORTEST = 4.0 * MARGIN * STANDOFF
 
 
 class Immersion(NamedTuple):
@@ -57,7 +60,7 @@ class Boom:
     flow_share: ArrayLike = 1.0
 
     def __post_init__(self) -> None:
-        _require_nodes(f"boom {self.name!r}", self.nodes, 3 if self.is_closed else 2)
+        _require_line(f"boom {self.name!r}", self.nodes, 3 if self.is_closed else 2)
         checked_immersion(self, Immersion(self.draft))
         share = np.asarray(self.flow_share, np.float64)
         if share.shape not in ((), (self.segments,)) or not ((share > 0.0) & (share <= 1.0)).all():
@@ -86,7 +89,7 @@ class Outline:
     is_closed = True
 
     def __post_init__(self) -> None:
-        _require_nodes(f"outline {self.name!r}", self.nodes, 3)
+        _require_line(f"outline {self.name!r}", self.nodes, 3)
         if not (np.isfinite(self.capacity) and self.capacity >= 0.0):
             raise ValueError(f"outline {self.name!r}: capacity is {self.capacity} m3/m, allowed: 0 or more")
 
@@ -115,16 +118,20 @@ def checked_immersion(boom: Boom, immersion: Immersion) -> dict[str, NDArray[Any
     return arrays
 
 
-def _require_nodes(what: str, nodes: ArrayLike, least: int) -> None:
+def _require_line(what: str, nodes: ArrayLike, least: int) -> None:
     given = np.asarray(nodes, np.float64)
     if given.ndim != 2 or given.shape[1] != 2 or len(given) < least:
         raise ValueError(f"{what}: nodes have shape {given.shape}, allowed: (N, 2) with N of {least} or more")
-    if not np.isfinite(given).all():
-        raise ValueError(f"{what}: nodes are not finite, allowed: finite, in m")
+    _require_finite(what, given)
     closed = np.vstack([given, given[:1]]) if least == 3 else given
     shortest = float(np.hypot(*np.diff(closed, axis=0).T).min())
-    if shortest < 4.0 * MARGIN * STANDOFF:
-        raise ValueError(f"{what}: a segment is {shortest:g} m long, allowed: {4.0 * MARGIN * STANDOFF:g} m or more")
+    if shortest < SHORTEST:
+        raise ValueError(f"{what}: a segment is {shortest:g} m long, allowed: {SHORTEST:g} m or more")
+
+
+def _require_finite(what: str, nodes: Array) -> None:
+    if not np.isfinite(nodes).all():
+        raise ValueError(f"{what}: nodes are not finite, allowed: finite, in m")
 
 
 class Barriers:
@@ -134,7 +141,8 @@ class Barriers:
     draft, lean, freeboard, is_submerged, is_sealed  (S,) of booms, see `Immersion`
     capacity              (S,) [m3/m] of outlines, -1 of booms; carries (S,) whether what sticks moves along
     flow_share            (S,) [-] of booms, see `Boom`; 1 of outlines
-    following, preceding  (S,) the segments tied to its end and its start, -1 at a free end
+    parted                (S,) whether the joint at its end has parted
+    following, preceding  (S,) the segments tied to its end and its start, -1 at a free end, and where the next one is not in the water
     member                (S,) the number of the barrier whose segment it is
     """
 
@@ -151,14 +159,15 @@ class Barriers:
         self.draft, self.lean, self.freeboard = np.zeros(count), np.zeros(count), np.full(count, math.inf)
         self.is_submerged, self.is_sealed = np.zeros((2, count), np.bool_)
         self.carries, self.flow_share = np.ones(count, np.bool_), np.ones(count)
-        self.following, self.preceding = np.arange(1, count + 1), np.arange(-1, count - 1)
+        self.parted = np.zeros(count, np.bool_)
+        self._next, self._previous = np.arange(1, count + 1), np.arange(-1, count - 1)  # as built
         self.member = np.zeros(count, np.int64)
         first = 0
         for number, one in enumerate(barriers):
             rows = self._rows[one.name] = slice(first, first + one.segments)
             last = rows.stop - 1
             self.member[rows] = number
-            self.following[last], self.preceding[first] = (first, last) if one.is_closed else (-1, -1)
+            self._next[last], self._previous[first] = (first, last) if one.is_closed else (-1, -1)
             if isinstance(one, Outline):
                 self.capacity[rows], self.carries[rows] = one.capacity, one.carries
             else:
@@ -166,6 +175,7 @@ class Barriers:
                 self._immerse(one, Immersion(one.draft))
             self._place(one, one.nodes)
             first = rows.stop
+        self._tie()
         self.settle()
 
     def __len__(self) -> int:
@@ -186,17 +196,43 @@ class Barriers:
         """Return the names of all booms."""
         return [name for name, one in self._members.items() if isinstance(one, Boom)]
 
+    @property
+    def is_there(self) -> NDArray[np.bool_]:
+        """Flags (S,) of the segments that are in the water."""
+        return np.asarray((self.start != self.end).any(axis=1))
+
+    @property
+    def parted_ends(self) -> NDArray[np.bool_]:
+        """Flags (S, 2): whether the joints at the start and the end of each segment have parted."""
+        return np.stack([(self._previous >= 0) & self.parted[self._previous], self.parted], axis=1)
+
+    def part(self, name: str, joint: int) -> None:
+        """Let a joint of a boom part, counted from 1 at its first node; from now on `move` takes two nodes there.
+
+        Raises ValueError for an unknown name, for a ring, and for a joint that the boom does not have.
+        """
+        rows = self.rows(name)
+        one = self._members[name]
+        if one.is_closed or not 0 < joint < one.segments:
+            raise ValueError(
+                f"barrier {name!r}: joint {joint} is to part, allowed: of a boom with ends, 1 to {one.segments - 1}"
+            )
+        self.parted[rows.start + joint - 1] = True
+        self._tie()
+
     def move(self, name: str, nodes: ArrayLike, immersion: Immersion | None = None) -> None:
         """Say where a barrier's nodes (N, 2) [m] are at the end of the next step, and how a boom sits in the water.
 
+        A boom has one node more for each joint that has parted.
         Raises ValueError for an unknown name, another number of nodes, an immersion of an outline, and values that cannot be.
         """
-        self.rows(name)
+        rows = self.rows(name)
         one = self._members[name]
-        given, expected = np.asarray(nodes, np.float64), np.asarray(one.nodes).shape
+        given = np.asarray(nodes, np.float64)
+        expected = (len(np.asarray(one.nodes)) + int(self.parted[rows].sum()), 2)
         if given.shape != expected:
             raise ValueError(f"barrier {name!r}: nodes have shape {given.shape}, allowed: {expected}")
-        _require_nodes(f"barrier {name!r}", given, 3 if one.is_closed else 2)
+        _require_finite(f"barrier {name!r}", given)
         if immersion is not None:
             if not isinstance(one, Boom):
                 raise ValueError(
@@ -204,6 +240,7 @@ class Barriers:
                 )
             self._immerse(one, immersion)
         self._place(one, given)
+        self._tie()
 
     def settle(self) -> None:
         """Make the present places the old ones, as a step ends."""
@@ -211,8 +248,15 @@ class Barriers:
 
     def _place(self, one: Barrier, nodes: ArrayLike) -> None:
         rows, given = self._rows[one.name], np.asarray(nodes, np.float64)
-        self.start[rows] = given[: one.segments]
-        self.end[rows] = np.roll(given, -1, axis=0) if one.is_closed else given[1:]
+        parted = self.parted[rows]
+        first = np.arange(one.segments) + np.cumsum(parted) - parted
+        self.start[rows] = given[first]
+        self.end[rows] = np.roll(given, -1, axis=0) if one.is_closed else given[first + 1]
+
+    def _tie(self) -> None:
+        there, parted = self.is_there, self.parted_ends
+        self.preceding = np.where((self._previous >= 0) & ~parted[:, 0] & there[self._previous], self._previous, -1)
+        self.following = np.where((self._next >= 0) & ~parted[:, 1] & there[self._next], self._next, -1)
 
     def _immerse(self, one: Boom, immersion: Immersion) -> None:
         for name, values in checked_immersion(one, immersion).items():
@@ -224,11 +268,11 @@ class Barriers:
         return np.asarray((1.0 - share) * self.start[segment] + share * self.end[segment])
 
     def lengths(self) -> Array:
-        """Return the lengths (S,) [m] of all segments."""
-        return np.asarray(np.hypot(*(self.end - self.start).T))
+        """Return the lengths (S,) [m] of all segments, at least `SHORTEST`."""
+        return np.asarray(np.maximum(np.hypot(*(self.end - self.start).T), SHORTEST))
 
     def normals(self) -> Array:
-        """Return the unit normals (S, 2) [-] of all segments, to the left of the way from start to end."""
+        """Return the unit normals (S, 2) [-] of all segments, to the left of the way from start to end; shorter ones below `SHORTEST`."""
         along = (self.end - self.start) / self.lengths()[:, None]
         return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
@@ -243,11 +287,12 @@ class Barriers:
         return inside
 
     def save_state(self) -> dict[str, Any]:
-        """Return where the barriers are, and how they sit in the water."""
-        names = ("start", "end", "old_start", "old_end", *Immersion._fields)
+        """Return where the barriers are, which joints have parted, and how booms sit in the water."""
+        names = ("start", "end", "old_start", "old_end", "parted", *Immersion._fields)
         return {name: getattr(self, name).copy() for name in names}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go back to what `save_state` returned."""
         for name, value in saved.items():
             setattr(self, name, value.copy())
+        self._tie()

@@ -58,6 +58,15 @@ def resting_sweep(barriers: Barriers) -> Sweep:
     return _sweep(np.stack([barriers.start, barriers.end, barriers.start, barriers.end], axis=1))
 
 
+def opening_sweep(barriers: Barriers) -> Sweep:
+    """Return the openings of parted booms on their way, one by each segment that `parted` marks: from its end to the next one's start."""
+    one = np.flatnonzero(barriers.parted)
+    other = one + 1
+    return _sweep(
+        np.stack([barriers.old_end[one], barriers.old_start[other], barriers.end[one], barriers.start[other]], axis=1)
+    )
+
+
 def _sweep(ends: Array) -> Sweep:
     low, high = ends.min(axis=1), ends.max(axis=1)
     slack = OVERLAP * (1.0 + np.abs(ends).max(initial=0.0))

@@ -129,7 +129,7 @@ class Parcels:
         """Let the parcels of rows (M,) float freely."""
         self.place[rows], self.side[rows], self.ahead[rows] = NONE, 0, 0.0
 
-    def mark_lost(self, rows: Rows, cause: Rows | int, loser: Rows, carried: bool) -> None:
+    def mark_lost(self, rows: Rows, cause: Rows | int, loser: Rows, carried: NDArray[np.bool_] | bool) -> None:
         """Note the causes (M,) by which barriers (M,) lost the oil of rows (M,), and whether particles carried it past."""
         self.cause[rows], self.loser[rows], self.carried[rows] = cause, loser, carried
 

@@ -15,10 +15,11 @@ from oilsim.quantity import quantity, require
 from oilsim.slick.account import SlickAccount, take_account
 from oilsim.slick.barriers import Barrier, Barriers, Immersion
 from oilsim.slick.crossing import beside, first_crossings, moving_sweep, resting_sweep
-from oilsim.slick.loss_cause import LossCause, LossRate, Pools, no_loss
+from oilsim.slick.loss_cause import LossRate, Pools, no_loss
 from oilsim.slick.losses import Losses
 from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
+from oilsim.slick.openings import lose_through_openings
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
 from oilsim.slick.pooling.pools import (
     arrange,
@@ -155,6 +156,13 @@ class Slick:
         """
         self.barriers.move(name, nodes, immersion)
 
+    def part(self, name: str, joint: int) -> None:
+        """Let a joint of a boom part, counted from 1 at its first node: from the next step on, oil passes between its two sides.
+
+        `move` takes two nodes there from now on. Raises ValueError for an unknown name, and for a joint that the boom does not have.
+        """
+        self.barriers.part(name, joint)
+
     def step(
         self,
         flow: SurfaceFlow,
@@ -213,6 +221,8 @@ class Slick:
                 (len(rows), 2), np.float32
             )
         met = first_crossings(parcels.position_of(rows), target, moving_sweep(self.barriers))
+        free = met.segment < 0
+        lose_through_openings(parcels, self.barriers, self.losses, rows[free], target[free])
         parcels.put_position(rows, target)
         hit = np.flatnonzero(met.segment >= 0)
         if len(hit):
@@ -237,7 +247,7 @@ class Slick:
             return
         gone = slide(parcels, barriers, self.pools, relative, duration, friction)
         if len(gone):
-            self.losses.gone[LossCause.AROUND_ENDS] += lose_around_ends(parcels, barriers, gone)
+            self.losses.gone += lose_around_ends(parcels, barriers, gone)
         self.pools = self._measure(relative)
         arrange(parcels, barriers, self.pools, duration, friction)
         self.losses.add(loss_rate(self.pools), self.pools, barriers, duration)

@@ -2,7 +2,8 @@
 
 A particle whose way in plan view crosses a boom from the side against which the water presses is lost from then on, and one that crosses
 back is not. Its cause is told by its height there: SPLASH_OVER above the boom's top, DRAINAGE below its foot, within half of its own edge,
-THROUGH between them. Droplets that a current tears off are smaller than particles; closures go on to take them out of the pools.
+THROUGH between them, and where it passes the opening of a boom that has parted. Droplets that a current tears off are smaller than
+particles; closures go on to take them out of the pools.
 
 A skirt of few particles lets oil drain under its foot that a real one holds; that loss is the closures'. So where a skirt is too coarse for
 particles to decide, and stands, the parcel stays before it instead (*modelled*, as `booms.losses.closure_losses` does among particles).
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import first_crossings, moving_sweep
 from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.slick.openings import lose_through_openings
 from oilsim.slick.parcels import NONE, Parcels, Rows
 from oilsim.slick.slick import Slick
 
@@ -73,6 +75,8 @@ def follow_particles(
         parcels.mark_lost(crossing[lost], cause[lost], barriers.member[segment[lost]], carried=True)
         losses.take_back(parcels, barriers, crossing[~pressed], segment[~pressed])
         parcels.mark_found(crossing[~pressed])
+    free = met.segment < 0
+    lose_through_openings(parcels, barriers, losses, rows[free], target[free])
     parcels.put_position(rows[~back], target[~back])
     _join_pools(parcels, rows[~back], barriers, slick.pools, relative)
     return rows[back]
@@ -89,7 +93,7 @@ def _join_pools(parcels: Parcels, rows: Rows, barriers: Barriers, pools: Pools, 
     """Give what is not lost to the pool of the nearest segment, if the water presses it there and the pool reaches as far."""
     parcels.detach(rows)
     own = rows[parcels.cause[rows] == NONE]
-    booms = np.flatnonzero(barriers.is_boom)
+    booms = np.flatnonzero(barriers.is_boom & barriers.is_there)
     if not len(own) or not len(booms):
         return
     way = barriers.end[booms] - barriers.start[booms]

@@ -16,7 +16,6 @@ from oilsim.loads.morison import FloatingBodies
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario
-from scenarios.schema.exercise import joint_name
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.fleet import course_of, gains_of, water_density
@@ -100,10 +99,7 @@ def _part(assembly: Assembly, scenario: Scenario) -> None:
     """Let the joints of booms part that have parted in `scenario` and still hold."""
     for boom, settings in scenario.booms.items():
         for number in settings.parted:
-            joint = joint_name(boom, number)
-            if assembly.world is not None and joint in assembly.world.joint_names:
-                assembly.world.part_joint(joint)
-                assembly.scoring.take_parting(boom, number)
+            assembly.strength.part(boom, number)
 
 
 def _change_moorings(assembly: Assembly, scenario: Scenario) -> None:

@@ -204,7 +204,7 @@ def build(
         fluid_participant=bodies.fluid,
         coupled=simulators.coupled,
         fleet=simulators.fleet,
-        strength=BoomStrength(scenario, world, simulators.fleet, scoring),
+        strength=BoomStrength(scenario, world, simulators.fleet, scoring, simulators.slick),
         winches=Winches(scenario, world, simulators.fleet),
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),

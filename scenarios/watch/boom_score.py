@@ -207,7 +207,7 @@ class BoomScore:
         """Announce that a joint, counted from 1 at the first end, has parted, and why."""
         between = f"has parted at joint {number}, between segments {number - 1} and {number}"
         between += f" ({why})" if why else ""
-        meaning = "its line counts as closed across the opening, and oil that passes there as lost through a joint"
+        meaning = "oil that passes the opening counts as lost through a joint"
         self._tell_once(f"parted {number}", True, f"{between}; {meaning}")
 
     def series(self) -> dict[str, float]:

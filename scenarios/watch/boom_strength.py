@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from scenarios.schema.exercise import joint_name
 from scenarios.setup.fleet import Fleet
 from scenarios.watch.boom_scoring import Scoring
 
+if TYPE_CHECKING:
+    from coupling.participants.slick import SlickParticipant
+
 
 class BoomStrength:
     """Compares the tension in each joint of each boom that has a strength, and lets joints part that bear more.
@@ -21,9 +24,16 @@ class BoomStrength:
     it relieves the others.
     """
 
-    def __init__(self, scenario: Scenario, world: RigidBodyWorld | None, fleet: Fleet, scoring: Scoring) -> None:
-        """Watch the joints between the segments of these booms."""
-        self._world, self._scoring = world, scoring
+    def __init__(
+        self,
+        scenario: Scenario,
+        world: RigidBodyWorld | None,
+        fleet: Fleet,
+        scoring: Scoring,
+        slick: SlickParticipant | None = None,
+    ) -> None:
+        """Watch the joints between the segments of these booms; oil of the `slick` passes where one parts."""
+        self._world, self._scoring, self._slick = world, scoring, slick
         self._strengths: dict[str, dict[int, float]] = {}
         for name, settings in scenario.booms.items():
             strengths = {number: settings.strength_of(number) for number in range(1, settings.segments)}
@@ -46,14 +56,24 @@ class BoomStrength:
             self.peak_share[name] = max(self.peak_share[name], shares[number])
             self._scoring.take_share(name, shares[number])
             if shares[number] > 1.0:
-                self._part(name, number, shares[number] * strengths[number])
+                self._overload(name, number, shares[number] * strengths[number])
+
+    def part(self, boom: str, number: int, why: str = "") -> None:
+        """Let a joint of a boom part that still holds, counted from 1 at the first end, for bodies, oil and accounts."""
+        joint = joint_name(boom, number)
+        if self._world is None or joint not in self._world.joint_names:
+            return
+        self._world.part_joint(joint)
+        if self._slick is not None:
+            self._slick.slick.part(boom, number)
+        self._scoring.take_parting(boom, number, why)
 
     def save_state(self) -> dict[str, Any]:
         """Return which joints have parted by their load, and the peaks, as plain data."""
         return {"parted": {name: list(found) for name, found in self._parted.items()}, "peak": dict(self.peak_share)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to what `save_state` returned; joints that had parted then part, before the world's state is restored."""
+        """Go back to what `save_state` returned; joints that had parted then part, before the states of world and slick are restored."""
         self.peak_share = dict(saved["peak"])
         for name, numbers in saved["parted"].items():
             self._parted[name] = list(numbers)
@@ -72,15 +92,11 @@ class BoomStrength:
             if joint_name(name, number) in holding
         }
 
-    def _part(self, name: str, number: int, tension: float) -> None:
-        assert self._world is not None, "booms need a world"
-        self._world.part_joint(joint_name(name, number))
+    def _overload(self, name: str, number: int, tension: float) -> None:
         self._parted[name].append(number)
         what = "its connector has failed" if number in self._connectors[name] else "it has broken"
         strength = self._strengths[name][number]
-        self._scoring.take_parting(
-            name, number, f"{what}: {_kilonewtons(tension)} are more than {_kilonewtons(strength)}"
-        )
+        self.part(name, number, f"{what}: {_kilonewtons(tension)} are more than {_kilonewtons(strength)}")
 
 
 def _kilonewtons(force: float) -> str:

@@ -84,14 +84,20 @@ def sum_pools(held, columns, sums):
 def slide_parcels(held, lines, carried, slope, duration, gone):
     """Move held parcels along their segments for `duration` [s], over one joint at most; mark in gone (M,) those past a free end.
 
+    Oil before a segment that a reel has just taken in goes on before the following one.
     carried (S,) [m/s] along each segment by the water; slope (P, 2) [m/s] by the pool's slope at the segment's start and end.
     """
     for m in range(held.rows.shape[0]):
         row = held.rows[m]
         pool, place, along = pool_index(held, row), held.place[row], held.along[row]
+        gone[m] = False
+        if lines.way[place, 0] == 0.0 and lines.way[place, 1] == 0.0:
+            gone[m] = lines.following[place] < 0
+            if not gone[m]:
+                held.place[row], held.along[row] = lines.following[place], 0.0
+            continue
         speed = carried[place] + (1.0 - along) * slope[pool, 0] + along * slope[pool, 1]
         along += speed * duration / lines.length[place]
-        gone[m] = False
         if along > 1.0 or along < 0.0:
             to = lines.following[place] if along > 1.0 else lines.preceding[place]
             past = (along - 1.0 if along > 1.0 else -along) * lines.length[place]

@@ -9,7 +9,7 @@ its segment, never beyond another barrier, and moves to its place no faster than
 
 where the second term is at most (g' h_b)^(1/2). So oil gathers in the apex of a U until it is thick enough to lean back. A pool's
 parcels lie evenly along its segment about their middle, which slides. Beyond a joint a parcel goes on in the next pool; beyond a free end
-it is lost around the end.
+it is lost around the end, or through the joint that has parted there.
 """
 
 from __future__ import annotations
@@ -216,9 +216,15 @@ def arrange(parcels: Parcels, barriers: Barriers, pools: Pools, duration: float,
 
 
 def lose_around_ends(parcels: Parcels, barriers: Barriers, rows: Rows) -> Array:
-    """Let the parcels of rows (M,) float on beyond the free ends, lost around them; return their volume by segment (S,) [m3]."""
+    """Let the parcels of rows (M,) float on beyond the free ends; return their volume by cause and segment (causes, S) [m3].
+
+    They are lost around the ends, or through the joint where one has parted.
+    """
     place, along = parcels.place[rows], parcels.along[rows]
-    volume = sums(place, parcels.volume[rows], len(barriers))
+    parted = barriers.parted_ends[place, (along > 0.5).astype(np.int64)]
+    cause = np.where(parted, int(LossCause.THROUGH), int(LossCause.AROUND_ENDS))
+    volume = np.zeros((len(LossCause), len(barriers)))
+    np.add.at(volume, (cause, place), parcels.volume[rows])
     resting = resting_sweep(barriers)
     near = beside(barriers, place, along, parcels.side[rows], resting)
     outward = np.where(along[:, None] > 0.5, 1.0, -1.0) * (barriers.end - barriers.start)[place]
@@ -226,7 +232,7 @@ def lose_around_ends(parcels: Parcels, barriers: Barriers, rows: Rows) -> Array:
     free = first_crossings(near, beyond, resting).segment < 0
     parcels.position[rows] = np.where(free[:, None], beyond, near)
     parcels.state[rows] = ParcelState.LOST
-    parcels.mark_lost(rows, int(LossCause.AROUND_ENDS), barriers.member[place], carried=False)
+    parcels.mark_lost(rows, cause, barriers.member[place], carried=False)
     parcels.detach(rows)
     return volume
 

@@ -97,6 +97,9 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
         seed=written.run.seed,
     )
     slick = Slick(settings, _barriers(booms, bodies, beach))
+    for name in booms:
+        for joint in written.booms[name].parted:
+            slick.part(name, joint)
     for name, spill in spills.items():
         oil = _oil(written.phases[written.fill[name].phase])
         slick.release(
@@ -243,5 +246,7 @@ def _boom_bodies(name: str, layout: BoomLayout, *, seals: bool) -> BoomBodies:
 
 
 def _boom(name: str, layout: BoomLayout, bodies: BoomBodies) -> Boom:
+    """Return a boom of the slick as laid, whole."""
     poses = np.array([np.concatenate([one.position, one.orientation]) for one in layout.segments])
-    return Boom(name=name, nodes=bodies.nodes(poses), draft=layout.boom.skirt_depth, flow_share=layout.boom.flow_shares)
+    nodes = bodies.nodes(poses, np.zeros(len(poses), np.bool_))
+    return Boom(name=name, nodes=nodes, draft=layout.boom.skirt_depth, flow_share=layout.boom.flow_shares)

@@ -67,12 +67,19 @@ class TowedBoom:
         pass
 
 
+class PartingBoom(TowedBoom):
+    """The same boom, of which the second half drifts off at 0.3 m/s in +y."""
+
+    def _pose(self, body):
+        return super()._pose(body) + (0.3 * self.time * (body in BODIES[6:])) * np.eye(7)[1]
+
+
 def loss_rate(pools):
     """A closure for this test: a hundredth of the pool a second for each m/s above 0.1 m/s."""
     return {LossCause.ENTRAINMENT: 0.01 * np.maximum(pools.normal_speed - 0.1, 0.0) * pools.volume}
 
 
-def build(speed: float = 0.5, connected: bool = True) -> tuple[CoSimulation, Slick]:
+def build(speed: float = 0.5, connected: bool = True, tow: type[TowedBoom] = TowedBoom) -> tuple[CoSimulation, Slick]:
     """A run with 2 m3 of oil, in water that flows at 0.1 m/s in -y."""
     half = 2.0 * np.array([np.cos(np.radians(60.0)), np.sin(np.radians(60.0))])
     left = [(-30.0 + 2 * half[0] * k, -2 * half[1] * k) for k in range(6, -1, -1)]
@@ -92,7 +99,7 @@ def build(speed: float = 0.5, connected: bool = True) -> tuple[CoSimulation, Sli
     )
     assert participant.bodies == (*BODIES, "tug")
     links = [Connection("tow", "poses", "slick", "poses")] if connected else []
-    return CoSimulation([TowedBoom(speed), participant], links, STEP, rolls_back=True), slick
+    return CoSimulation([tow(speed), participant], links, STEP, rolls_back=True), slick
 
 
 def outputs(run: CoSimulation) -> dict[str, np.ndarray]:
@@ -137,6 +144,21 @@ def test_restored_run_repeats_bit_for_bit():
     run.run(50.0)
     again = outputs(run)
     assert all(np.array_equal(first[name], again[name]) for name in first)
+    run.terminate()
+
+
+def test_a_parted_boom_ends_at_its_own_joints_and_loses_oil_between_them():
+    """Each segment keeps its length of 4 m; the opening grows to 60 m, and all of the oil that comes to it passes there."""
+    run, slick = build(tow=PartingBoom)
+    slick.part("sweep", 6)
+    run.initialize()
+    assert not run.rollback_faults
+    run.run(200.0)
+    rows, now = slick.barriers.rows("sweep"), outputs(run)
+    assert np.allclose(slick.barriers.lengths()[rows], 4.0)
+    assert np.allclose(slick.barriers.start[6] - slick.barriers.end[5], (0.0, 60.0))
+    assert now["sweep.passed.through"] > 1.0
+    assert now["sweep.held"] < 0.3
     run.terminate()
 
 

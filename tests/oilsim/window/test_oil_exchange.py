@@ -101,6 +101,20 @@ def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: Callable[..., Mee
     assert account.lost > 0.0
 
 
+def test_particles_that_pass_where_a_boom_has_parted_are_lost_through_the_joint(meet: Callable[..., Meeting]) -> None:
+    case = meet((Boom(name="pocket", nodes=NODES, draft=0.6),), current=STREAM)
+    case.slick.part("pocket", 2)
+    case.slick.move("pocket", [*NODES[:2], [0.0, -1.2], [0.0, 1.2], *NODES[3:]])
+    case.slick.barriers.settle()
+    case.slick.release(OIL, 0.6, count=200, center=(-1.2, 0.0), radius=0.4)
+    for _ in range(25):
+        case.step()
+        case.require_exact()
+    through = LossCause.THROUGH
+    carried = case.slick.losses.carried[through].sum()
+    assert 0.1 < carried <= case.slick.losses.gone[through].sum() <= 0.6
+
+
 def test_a_restored_exchange_repeats_its_steps(meet: Callable[..., Meeting]) -> None:
     case = meet(current=CurrentProfile(flow=SteadyFlow(speed=CURRENT)))
     case.slick.release(OIL, 0.4, count=100, center=(-0.5, 0.0), radius=0.5)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from booms.catalog import catalogue
 from coupling.testing import assert_restarts_exactly
 from scenarios.bench.scenario_run import ScenarioRun
+from scenarios.build import build
 from scenarios.load import load_scenario, scenario_from
 from scenarios.problems import ScenarioError
+from scenarios.running.apply_orders import give_orders
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, joint_name
 from scenarios.schema.parsing.structuring import as_data, structure
@@ -77,10 +81,28 @@ def test_an_overloaded_connector_fails_and_the_run_goes_on_the_same_after_a_rest
     for run in made:
         assert run.assembly.world.tension(joint_name("main", 10)) == 0.0
         assert joint_name("main", 10) not in run.assembly.world.joint_names
+        assert np.flatnonzero(run.assembly.slick.slick.barriers.parted).tolist() == [9]
     told = [event.text for event in made[0].history.events if "has parted at joint 10" in event.text]
     assert len(told) == 1
     assert "its connector has failed" in told[0]
     assert "more than 0.02 kN" in told[0]
+
+
+def test_oil_passes_where_a_scenario_or_an_order_lets_a_boom_part() -> None:
+    assembly = build(pulled("booms.main.parted=[4]"))
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    simulation.run(0.2)
+    give_orders(assembly, pulled("booms.main.parted=[4, 6]"))
+    simulation.run(0.4)
+    barriers = assembly.slick.slick.barriers
+    assert np.flatnonzero(barriers.parted).tolist() == [3, 5]
+    opened = np.linalg.norm(barriers.start[1:] - barriers.end[:-1], axis=1)
+    assert np.flatnonzero(opened).tolist() == [3, 5]
+    layout, world = assembly.fleet.booms["main"], assembly.world
+    pose = world.pose(layout.segments[3].name)
+    end = Rotation.from_quat(pose[3:]).apply(layout.segment.joint_points[1]) + pose[:3]
+    assert np.allclose(barriers.end[3], end[:2], atol=1e-9)
 
 
 def test_a_scenario_may_name_its_boom() -> None:
