@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -31,6 +31,12 @@ class BoomState:
     joint_points: Array
     waterline: float
     flow_share: Array | float = 1.0
+
+    def part(self, chosen: NDArray[np.bool_]) -> BoomState:
+        """Return the part of the boom that the chosen segments (S,) are, which lie one behind the other."""
+        share = np.broadcast_to(self.flow_share, chosen.shape)[chosen]
+        bodies = {name: getattr(self, name)[chosen] for name in ("position", "orientation", "velocity")}
+        return replace(self, **bodies, flow_share=share)
 
     def line(self) -> Array:
         """Return the boom's line in plan, (S + 1, 2) [m]: its ends and its joints, each the mean of the two that meet there."""

@@ -45,6 +45,10 @@ class Track:
     outward: Array
     orientation: Array
 
+    def is_wound(self, position: Array) -> NDArray[np.bool_]:
+        """Tell which segments are wound, the first ones until one is off the reel; position (S, 3) [m] of their centres of mass."""
+        return np.asarray(np.logical_and.accumulate((position - self.mouth) @ self.outward < 0.0))
+
 
 def track_of(layout: BoomLayout, mouth: tuple[float, float], first_row: int) -> Track:
     """Return the line of a boom that was laid straight through its reel's `mouth` [m]; first_row: of its segments among the bodies."""
@@ -74,8 +78,7 @@ class ReeledBodies(FloatingBodies):
         """
         found = super().loads(time, pose, twist)
         for track in self._tracks:
-            offset = pose[track.rows, :3] - track.mouth
-            wound = track.rows[offset @ track.outward < 0.0]
+            wound = track.rows[track.is_wound(pose[track.rows, :3])]
             if len(wound):
                 _hold_on_line(track, wound, pose, twist, found)
         return found

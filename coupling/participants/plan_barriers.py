@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.rigid.rotations import rotation_matrices
+from oilsim.slick.barriers import SHORTEST
 
 Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
@@ -24,6 +25,23 @@ def _placed(poses: Array, points: Sequence[Point]) -> Array:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ReelMouth:
+    """The mouth of a reel on which the first segments of a boom are wound, straight behind it.
+
+    place (x, y) [m]; outward (x, y) [-] unit vector along which the boom runs out.
+    """
+
+    place: tuple[float, float]
+    outward: tuple[float, float]
+
+    def without_wound(self, nodes: Array) -> Array:
+        """Return a boom's nodes (N, 2) [m], the first ones, which are behind the mouth, drawn together there: no oil meets them."""
+        out = (nodes - np.array(self.place)) @ np.array(self.outward)
+        wound = np.logical_and.accumulate(out < SHORTEST)
+        return np.where(wound[:, None], np.array(self.place), nodes)
+
+
+@dataclass(frozen=True, kw_only=True)
 class BoomBodies:
     """The bodies of a boom's S segments in order, from end to end.
 
@@ -32,6 +50,7 @@ class BoomBodies:
     start, end   joints of every segment in its body frame [m]; neighbours meet halfway between theirs, unless the joint has parted
     foot, top    lowest point of the skirt and highest of the float in the body frame [m]; z points up from foot to top
     seals        whether its foot seals where it lies on the ground, as tubes full of water do (*modelled*)
+    mouth        of the reel from which it runs out; None without one
     """
 
     name: str
@@ -41,6 +60,7 @@ class BoomBodies:
     foot: Point
     top: Point
     seals: bool = False
+    mouth: ReelMouth | None = None
 
     def nodes(self, poses: Array, parted: npt.NDArray[np.bool_]) -> Array:
         """Return the nodes (N, 2) [m], as many as segments, one, and one more for each joint that has parted.
@@ -52,7 +72,8 @@ class BoomBodies:
         whole = ~parted[:-1]
         ends[:-1, 1][whole], ends[1:, 0][whole] = middle[whole], middle[whole]
         own = np.append(True, parted[:-1])  # whether a segment's start is a node of its own
-        return ends[np.stack([own, np.ones_like(own)], axis=1)]
+        nodes = ends[np.stack([own, np.ones_like(own)], axis=1)]
+        return nodes if self.mouth is None else self.mouth.without_wound(nodes)
 
     def feet_and_tops(self, poses: Array) -> tuple[Array, Array]:
         """Return the feet and the tops (S, 3) [m] of the segments; poses (S, 7) [m, 1] of the bodies."""

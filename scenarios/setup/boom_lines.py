@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ from scenarios.schema.boom_parts import ReelSettings
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
 from vessels.vessel import Vessel, rotated
+
+if TYPE_CHECKING:
+    from booms.reel import Track
 
 Array = NDArray[np.float64]
 
@@ -94,6 +98,16 @@ def reel_line(boom: str, layout: BoomLayout, reel: ReelSettings) -> PlacedLine:
         points=np.array([inner, inner + back]),
         stiffness=reel.stiffness,
     )
+
+
+def track_off_reel(layout: BoomLayout, settings: BoomSettings, first_row: int = 0) -> Track | None:
+    """Return the line of a boom on a reel, None of another; first_row: of its segments among the bodies."""
+    mouth = settings.ends[0]
+    if settings.reel is None or isinstance(mouth, str):
+        return None
+    from booms.reel import track_of  # only a boom on a reel pays for the loads of a sea
+
+    return track_of(layout, mouth, first_row)
 
 
 def laid_out(layout: BoomLayout, mouth: Point2) -> float:

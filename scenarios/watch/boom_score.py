@@ -25,6 +25,7 @@ from recordings.replay.running_extremes import WORST
 from recordings.words import cause_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
+from scenarios.setup.boom_lines import track_off_reel
 from scenarios.watch.sea_edge import sides_passed
 from scenarios.watch.slick_account import volume_within, with_slick
 
@@ -71,7 +72,7 @@ class BoomScore:
         self.name = name
         self.report: ContainmentReport | None = None
         self.closures = closures
-        self._layout = layout
+        self._layout, self._track = layout, track_off_reel(layout, settings)
         self._tension_joints = dict(tensions)
         self._tensions = {end: TensionRecord() for end in tensions}
         self._losses = LossSpeeds()
@@ -131,14 +132,16 @@ class BoomScore:
             self._series = {}
             return
         flow = (float(current[0]), float(current[1]))
+        afloat = self._is_afloat(state)
+        out = state if afloat.all() else state.part(afloat)
         if slick is None:
-            report = self.tracker.update(time, state, *oil, water_level=level, current=flow)
+            report = self.tracker.update(time, out, *oil, water_level=level, current=flow)
         else:  # particles of a window are parcels of the slick, and lie in a box of their own
-            report = self.tracker.update_without_particles(time, state, water_level=level, current=flow)
+            report = self.tracker.update_without_particles(time, out, water_level=level, current=flow)
             report = with_slick(report, slick, self.name)
         report = self._looked_at(time, report)
         self.report = report
-        self.held_speed = held = float(self._held.add(time, state.normal_flow(current)).max())
+        self.held_speed = held = float(self._held.add(time, afloat * state.normal_flow(current)).max())
         step = 0.0 if self._time is None else time - self._time
         self._time = time
         speed = self._tow_speed(time, world, current)
@@ -288,6 +291,13 @@ class BoomScore:
             waterline=self._layout.segment.waterline,
             flow_share=self._layout.boom.flow_shares,
         )
+
+    def _is_afloat(self, state: BoomState) -> NDArray[np.bool_]:
+        """Tell which segments (S,) are off their reel; the outermost one always counts."""
+        afloat = np.ones(len(state.position), np.bool_)
+        if self._track is not None:
+            afloat[:-1] = ~self._track.is_wound(state.position)[:-1]
+        return afloat
 
     def _tow_speed(self, time: float, world: RigidBodyWorld, current: Array) -> float:
         """Compute the mean speed [m/s] of the towing vessels through the water; in waves the mean over a wave's period."""

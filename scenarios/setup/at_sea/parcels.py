@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from booms.losses.rates import Closures
 from booms.losses.slick_losses import PooledBoom, SlickLosses
 from coupling.assembly import BODIES
 from coupling.master.connection import Connection
-from coupling.participants.plan_barriers import Beach, BoomBodies
+from coupling.participants.plan_barriers import Beach, BoomBodies, ReelMouth
 from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.sea import Sea
 from oilsim.slick.barriers import Barrier, Boom, Outline
@@ -25,7 +26,9 @@ from oilsim.slick.spill_source import SpillSource
 from oilsim.slick.spreading.fay import joined_radius
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
+from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, SphereFill, Tank
+from scenarios.setup.boom_lines import track_off_reel
 from scenarios.setup.boom_losses import tension_of
 from scenarios.setup.moorings import beach_of
 from scenarios.setup.solids.placed_solids import vector
@@ -85,9 +88,7 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
     spills = {
         name: spill_of(fill, written.tank) for name, fill in written.fill.items() if written.phases[fill.phase].is_oil
     }
-    bodies = [
-        _boom_bodies(name, layout, seals=written.booms[name].base_width is not None) for name, layout in booms.items()
-    ]
+    bodies = [_boom_bodies(name, layout, written.booms[name]) for name, layout in booms.items()]
     beach, sources = beach_of(written), oil_sources(written)
     released = sum(spill.volume for spill in spills.values()) + _poured(written, sources)
     settings = SlickSettings(
@@ -231,7 +232,7 @@ def _age(spill: Spill, oil: Oil, settings: SlickSettings) -> float:
     return low
 
 
-def _boom_bodies(name: str, layout: BoomLayout, *, seals: bool) -> BoomBodies:
+def _boom_bodies(name: str, layout: BoomLayout, settings: BoomSettings) -> BoomBodies:
     start, end = (vector(point) for point in layout.segment.joint_points)
     waterline = layout.segment.waterline
     return BoomBodies(
@@ -241,12 +242,22 @@ def _boom_bodies(name: str, layout: BoomLayout, *, seals: bool) -> BoomBodies:
         end=end,
         foot=(0.0, 0.0, waterline - layout.boom.skirt_depth),
         top=(0.0, 0.0, waterline + layout.boom.freeboard),
-        seals=seals,
+        seals=settings.base_width is not None,
+        mouth=_mouth(layout, settings),
     )
 
 
+def _mouth(layout: BoomLayout, settings: BoomSettings) -> ReelMouth | None:
+    """Return the mouth of a boom's reel; None without one."""
+    track = track_off_reel(layout, settings)
+    if track is None:
+        return None
+    (x, y, _), (out_x, out_y, _) = track.mouth.tolist(), track.outward.tolist()
+    return ReelMouth(place=(x, y), outward=(out_x, out_y))
+
+
 def _boom(name: str, layout: BoomLayout, bodies: BoomBodies) -> Boom:
-    """Return a boom of the slick as laid, whole."""
+    """Return a boom of the slick as laid, whole and off its reel."""
     poses = np.array([np.concatenate([one.position, one.orientation]) for one in layout.segments])
-    nodes = bodies.nodes(poses, np.zeros(len(poses), np.bool_))
+    nodes = replace(bodies, mouth=None).nodes(poses, np.zeros(len(poses), np.bool_))
     return Boom(name=name, nodes=nodes, draft=layout.boom.skirt_depth, flow_share=layout.boom.flow_shares)

@@ -89,13 +89,12 @@ def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Flee
 
 def _tracks(scenario: Scenario, fleet: Fleet, names: Sequence[str]) -> Iterator[Track]:
     """Yield the lines of booms on reels; names of the loaded bodies."""
-    for name, layout in fleet.booms.items():
-        settings = scenario.booms[name]
-        mouth = settings.ends[0]
-        if settings.reel is not None and not isinstance(mouth, str):
-            from booms.reel import track_of
+    from scenarios.setup.boom_lines import track_off_reel
 
-            yield track_of(layout, mouth, names.index(layout.segments[0].name))
+    for name, layout in fleet.booms.items():
+        track = track_off_reel(layout, scenario.booms[name], names.index(layout.segments[0].name))
+        if track is not None:
+            yield track
 
 
 def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:

@@ -11,7 +11,8 @@ from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import load_scenario
 from scenarios.setup.boom_lines import laid_out, paid_out
 
-SCENE = load_scenario(Path(__file__).with_name("off_the_reel.toml"), overrides=["run.communication_step=0.1"]).scenario
+FILE = Path(__file__).with_name("off_the_reel.toml")
+SCENE = load_scenario(FILE, overrides=["run.communication_step=0.1"]).scenario
 
 
 def test_a_reel_pays_out_as_ordered_and_a_run_goes_on_the_same_after_a_restart() -> None:
@@ -23,4 +24,22 @@ def test_a_reel_pays_out_as_ordered_and_a_run_goes_on_the_same_after_a_restart()
     run.run(1.0)
     assert world is not None
     assert paid_out("main", layout, (0.0, 0.0), world.lines) == pytest.approx(begun + 0.4 * 1.0)
+    run.close()
+
+
+def test_what_is_wound_on_the_reel_is_neither_scored_nor_in_the_way_of_oil() -> None:
+    """In 1 kn across, a speed of 0.51 m/s would be that of the ten segments behind the mouth; those outside give way."""
+    changes = ["run.communication_step=0.1", "sea.current.speed_kn=1.0", "phases.crude={oil='brent'}"]
+    changes += ["fill.spill={shape='cylinder', phase='crude', base=[-30.0, -3.0, -0.05], radius=2.0, height=0.05}"]
+    run = ScenarioRun(load_scenario(FILE, overrides=changes).scenario)
+    run.run(5.0)
+    (score,), slick = run.assembly.scoring.booms, run.assembly.slick
+    assert slick is not None
+    barriers, series = slick.slick.barriers, score.series()
+    assert barriers.is_there.tolist() == [False] * 10 + [True] * 2
+    assert barriers.start[10].tolist() == [0.0, 0.0]
+    assert slick.slick.account.held == slick.slick.account.lost == 0.0
+    for name in ("normal_speed", "normal_speed_held"):
+        assert 0.2 < series[f"metrics/{name}"] < 0.35
+    assert series["metrics/gap_ratio"] < 0.97
     run.close()
