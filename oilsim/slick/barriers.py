@@ -139,6 +139,7 @@ class Barriers:
 
     start, end            (S, 2) [m] now; old_start, old_end (S, 2) [m] when the last step began
     draft, lean, freeboard, is_submerged, is_sealed  (S,) of booms, see `Immersion`
+    owner                 (S,) number of its barrier
     capacity              (S,) [m3/m] of outlines, -1 of booms; carries (S,) whether what sticks moves along
     flow_share            (S,) [-] of booms, see `Boom`; 1 of outlines
     parted                (S,) whether the joint at its end has parted
@@ -155,6 +156,7 @@ class Barriers:
         self._rows: dict[str, slice] = {}
         count = sum(one.segments for one in barriers)
         self.start, self.end = np.zeros((count, 2)), np.zeros((count, 2))
+        self.owner = np.repeat(np.arange(len(barriers)), np.array([one.segments for one in barriers], np.int64))
         self.capacity = np.full(count, -1.0)
         self.draft, self.lean, self.freeboard = np.zeros(count), np.zeros(count), np.full(count, math.inf)
         self.is_submerged, self.is_sealed = np.zeros((2, count), np.bool_)

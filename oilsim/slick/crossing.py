@@ -53,9 +53,10 @@ def moving_sweep(barriers: Barriers) -> Sweep:
     return _sweep(np.stack([barriers.old_start, barriers.old_end, barriers.start, barriers.end], axis=1))
 
 
-def resting_sweep(barriers: Barriers) -> Sweep:
-    """Return the segments at rest at their new places."""
-    return _sweep(np.stack([barriers.start, barriers.end, barriers.start, barriers.end], axis=1))
+def resting_sweep(barriers: Barriers, chosen: Rows | slice = slice(None)) -> Sweep:
+    """Return all segments, or chosen rows (M,) of them, at rest at their new places."""
+    start, end = barriers.start[chosen], barriers.end[chosen]
+    return _sweep(np.stack([start, end, start, end], axis=1))
 
 
 def opening_sweep(barriers: Barriers) -> Sweep:
@@ -191,6 +192,14 @@ def distance_to_barriers(points: Array, barriers: Barriers) -> Array:
     return distance
 
 
+@njit(**EXACT)
+def find_hidden(middle, points, neighbour, sweep, hidden):
+    """Mark in hidden (N,) the points (N, 2) [m] that the neighbour (N,) of a segment, -1 for none, parts from its middle (N, 2) [m]."""
+    for n in range(middle.shape[0]):
+        x, y = middle[n, 0], middle[n, 1]
+        hidden[n] = neighbour[n] >= 0 and crossing(x, y, points[n, 0], points[n, 1], sweep.ends, neighbour[n])[0] <= 1.0
+
+
 def beside(barriers: Barriers, segment: Rows, along: Array, side: Rows, sweep: Sweep) -> Array:
     """Return points (N, 2) [m] a standoff beside segments (N,), at shares along (N,) [-] or as near as corners allow.
 
@@ -202,6 +211,8 @@ def beside(barriers: Barriers, segment: Rows, along: Array, side: Rows, sweep: S
     near = np.flatnonzero((along < NEAR * margin) | (along > 1.0 - NEAR * margin))
     if len(near):
         middle = barriers.points(segment[near], np.full(len(near), 0.5)) + offset[near]
-        hidden = first_crossings(middle, points[near], sweep).segment >= 0
+        neighbour = np.where(along > 0.5, barriers.following[segment], barriers.preceding[segment])[near]
+        hidden = np.empty(len(near), np.bool_)
+        find_hidden(middle, points[near], neighbour, sweep, hidden)
         points[near[hidden]] = middle[hidden]
     return points

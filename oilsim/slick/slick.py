@@ -33,7 +33,7 @@ from oilsim.slick.pooling.pools import (
 )
 from oilsim.slick.recovery import oil_within, recover
 from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
-from oilsim.slick.stranding import carry_stranded, nearest_water, strand
+from oilsim.slick.stranding import carry_stranded, nearest_water, strand, strand_held
 from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = NDArray[np.float64]
@@ -246,6 +246,7 @@ class Slick:
             self.pools = self._measure(relative)
             return
         gone = slide(parcels, barriers, self.pools, relative, duration, friction)
+        gone = np.setdiff1d(gone, strand_held(parcels, barriers))
         if len(gone):
             self.losses.gone += lose_around_ends(parcels, barriers, gone)
         self.pools = self._measure(relative)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import EXACT, exactly_inlined
 from oilsim.slick.barriers import MARGIN, NEAR, STANDOFF
-from oilsim.slick.crossing import first_crossing
+from oilsim.slick.crossing import crossing, first_crossing
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -145,7 +145,8 @@ def place_parcels(held, lines, aims, sweep, position):
         x, y = point_beside(lines, place, along, side, 0), point_beside(lines, place, along, side, 1)
         if along < NEAR * margin or along > 1.0 - NEAR * margin:
             middle_x, middle_y = point_beside(lines, place, 0.5, side, 0), point_beside(lines, place, 0.5, side, 1)
-            if first_crossing(middle_x, middle_y, x, y, sweep)[0] >= 0:
+            neighbour = lines.following[place] if along > 0.5 else lines.preceding[place]
+            if neighbour >= 0 and crossing(middle_x, middle_y, x, y, sweep.ends, neighbour)[0] <= 1.0:
                 x, y = middle_x, middle_y
         way_x, way_y = held.ahead[row] * aims.away[pool, 0], held.ahead[row] * aims.away[pool, 1]
         time = first_crossing(x, y, x + way_x, y + way_y, sweep)[1]

@@ -54,6 +54,25 @@ def test_hull_carries_what_sticks_to_it(make_slick):
     assert (np.abs(place[:, 1]) <= 3.0 + 1e-9).all()
 
 
+@pytest.mark.parametrize(("turned", "falls"), [(False, 0.0), (True, 0.0), (False, 0.02)])
+def test_oil_that_slides_along_a_boom_to_a_waterline_strands_there_and_the_rest_stays_held(make_slick, turned, falls):
+    """A boom that lies askew to the flow and ends 5 m inland loses nothing there: the shore's side of 40 m takes 20 l a metre.
+
+    So it does where the waterline falls back past the oil.
+    """
+    shore = np.array([(-60.0, 20.0), (-60.0, 60.0), (60.0, 60.0), (60.0, 20.0), (22.0, 20.0), (-18.0, 20.0)])
+    line = [(10.0 + 0.5 * y, y) for y in (-25.0, -12.0, 0.0, 10.0, 17.0, 25.0)]
+    boom = Boom(name="boom", nodes=line[::-1] if turned else line, draft=0.5)
+    slick = make_slick([Outline(name="shore", nodes=shore, capacity=0.02), boom], radius=5.0)
+    drift(slick, 240.0, lambda time: slick.move("shore", shore - (0.0, falls * time)), (0.3, 0.0))
+    account = slick.account
+    assert account.passed["around_ends"] == 0.0
+    assert account.stranded == pytest.approx(0.8, rel=1e-9)
+    assert account.held > 1.1
+    held = slick.parcels.position[slick.parcels.state == ParcelState.HELD]
+    assert 19.0 < held[:, 1].max() + 240.0 * falls < 20.0
+
+
 def test_release_inside_an_outline_is_refused(make_slick):
     with pytest.raises(ValueError, match="reaches into an outline, allowed: water"):
         make_slick([Outline(name="shore", nodes=SHORE, capacity=1.0)], center=(18.0, 0.0))
