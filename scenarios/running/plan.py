@@ -171,9 +171,15 @@ def _with_injects(settings: Sequence[str], scenario: Scenario) -> list[str]:
 
 
 def _last_of_each(settings: Sequence[str]) -> list[str]:
-    """Keep only the last of several settings of one key: it rules."""
+    """Keep only the last of several settings of one key: it rules; but joints that part add up."""
     last = {setting.partition("=")[0]: place for place, setting in enumerate(settings)}
-    return [settings[place] for place in sorted(last.values())]
+    kept = {place for place, setting in enumerate(settings) if _parts_joints(setting.partition("=")[0].split("."))}
+    return [settings[place] for place in sorted(kept.union(last.values()))]
+
+
+def _parts_joints(keys: Sequence[str]) -> bool:
+    """Return whether a key names the joints of a boom that part."""
+    return matches(".".join(keys), ["booms.*.parted"])
 
 
 def _is_term(scenario: Scenario, setting: str) -> bool:
@@ -193,7 +199,10 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
     for setting in settings:
         try:
             _with_setting(before, setting)
-            readable[setting] = parse_override(setting)[0]
+            readable[setting], value = parse_override(setting)
+            if _parts_joints(readable[setting]) and value == []:
+                text = "is [], allowed: numbers of joints that part; one that has parted stays so"
+                problems.append(Problem(f"--set {'.'.join(readable[setting])}", text))
         except ScenarioError as error:
             problems.extend(error.problems)
     felt = [setting for setting, keys in readable.items() if not why_unfelt(keys, scenario)]
@@ -213,7 +222,7 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
 
 
 def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield the booms of which joints, and the mooring legs and ties that, would hold again but have parted; and ties loose again."""
+    """Yield the mooring legs and ties that would hold again but have parted, and ties that would be loose again."""
     for name, tie in before.get("ties", {}).items():
         if tie["made_fast"] and not after["ties"][name]["made_fast"]:
             text = f"is false, allowed: true, because the tie has been made fast; ties.{name}.parted=true casts it off"
@@ -224,11 +233,6 @@ def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Pro
         for name, line in before.get(table, {}).items():
             if line["parted"] and not after[table][name]["parted"]:
                 yield Problem(f"--set {table}.{name}.parted", f"is false, allowed: true, because the {what} has parted")
-    for name, boom in before.get("booms", {}).items():
-        mended = [number for number in boom["parted"] if number not in after["booms"][name]["parted"]]
-        if mended:
-            text = f"leaves out {mended}, allowed: {boom['parted']}, which have parted, and more"
-            yield Problem(f"--set booms.{name}.parted", text)
 
 
 def _not_orders(keys: tuple[str, ...], before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
@@ -257,7 +261,12 @@ def _with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
 
 
 def _with_setting(data: Mapping[str, Any], setting: str) -> dict[str, Any]:
-    return with_override(data, *parse_override(setting))
+    """Return plain data with a setting; joints of a boom that part do so beside those that have."""
+    keys, value = parse_override(setting)
+    if _parts_joints(keys) and isinstance(value, list):
+        parted = data.get("booms", {}).get(keys[1], {}).get("parted", [])
+        value = [*parted, *(number for number in value if number not in parted)]
+    return with_override(data, keys, value)
 
 
 def _overlap(path: str, keys: Sequence[str]) -> bool:

@@ -12,6 +12,7 @@ from recordings.replay.recording import Replay
 from scenarios.load import load_scenario, scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.checkpoints import find_restart
+from scenarios.running.plan import Plan
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.verify import verify
 from scenarios.schema.injects import InjectSettings
@@ -85,6 +86,30 @@ def test_injects_come_at_their_time_and_on_their_condition_and_are_made_again(tm
         text for _, _, text in told(tmp_path / "third.rrd")
     ]
     assert verify(tmp_path / "third.rrd", console=QUIET).difference == ""
+
+
+def test_two_injects_part_two_joints_whatever_was_ordered_before(tmp_path: Path) -> None:
+    """Joint 2 parts by order, then 4 and 6 by injects: at times of their own, and both at once."""
+    parts = '[injects.{0}]\nat = {1}\norders = ["booms.main.parted=[{0}]"]\n'
+    begin = Plan(scenario=scenario(1.0, parts.format(4, 0.2) + parts.format(6, 0.4)))
+    plan = begin.ordered(["booms.main.parted=[2]"], 1)
+    plan = plan.ordered(["injects.4.given=true"], 4).ordered(["injects.6.given=true"], 8)
+    assert [plan.scenario_at(index).booms["main"].parted for index in (1, 4, 8)] == [(2,), (2, 4), (2, 4, 6)]
+    both = begin.ordered(["booms.main.parted=[2]", "injects.4.given=true", "injects.6.given=true"], 4)
+    assert both.scenario_at(4).booms["main"].parted == (2, 4, 6)
+    for wrong, reason in (
+        ("[5, 5]", "each once"),
+        ("[8]", "numbers from 1 to 7"),
+        ("[]", "one that has parted stays so"),
+    ):
+        with pytest.raises(ScenarioError, match=reason):
+            plan.ordered([f"booms.main.parted={wrong}"], 9)
+    record = tmp_path / "whole.rrd"
+    assert run_scenario(plan.scenario, options=RunOptions(record=record), console=QUIET) == 0
+    assert [text for _, source, text in told(record) if source == "injects"] == [
+        "orders 'booms.main.parted=[4]' injects.4.given=true",
+        "orders 'booms.main.parted=[6]' injects.6.given=true",
+    ]
 
 
 def test_seed_draws_the_time_and_whether_it_comes() -> None:
