@@ -30,7 +30,10 @@ _SavedState = tuple[dict[str, Any], dict[str, Array]]
 
 @dataclass
 class _ControlState:
-    """Memory of the controller from step to step; a saved one is checked when it is made anew."""
+    """Memory of the controller from step to step; a saved one is checked when it is made anew.
+
+    line: a point (x, y) [m] through which the lines of all legs go; None: each goes through its own.
+    """
 
     leg: int = quantity("", default=-1, at_least=-1.0, whole=True)
     speed_order: float = quantity_of(CourseLeg, "speed", default=0.0)
@@ -39,6 +42,7 @@ class _ControlState:
     speed_integral: float = quantity("m", default=0.0)
     heading_integral: float = quantity("rad s", default=0.0)
     lane_integral: float = quantity("m s", default=0.0)
+    line: tuple[float, float] | None = quantity("m", default=None)
 
     def __post_init__(self) -> None:
         require("helmsman", _ControlState, vars(self))
@@ -114,6 +118,10 @@ class VesselControl:
         self.vessel, self._course = replace(self.vessel, course=course), course
         self._state.leg = -1
 
+    def lay_line(self, point: tuple[float, float] | None) -> None:
+        """Let the line of every leg that has one go through a point (x, y) [m] from now on; None: through the leg's own."""
+        self._state.line = point
+
     def retune(self, gains: ControlGains) -> None:
         """Use other gains from now on; the thrust that the integral of the speed holds stays as it is."""
         share = self.vessel.gains.speed_bandwidth / gains.speed_bandwidth
@@ -149,7 +157,8 @@ class VesselControl:
 
     def save_state(self) -> object:
         """Return copies of the controller's memory and of every variable."""
-        return asdict(self._state), {name: value.copy() for name, value in self._values.items()}
+        memory = {name: value for name, value in asdict(self._state).items() if value is not None}
+        return memory, {name: value.copy() for name, value in self._values.items()}
 
     def restore_state(self, state: object) -> None:
         """Go back to a state that `save_state` returned; ValueError for orders beyond their limits."""
@@ -188,6 +197,7 @@ class VesselControl:
         through = self._course.legs[self._state.leg].through
         if through is None:
             return 0.0
+        through = self._state.line or through
         direction = self._state.heading_order
         return math.sin(direction) * (position[0] - through[0]) - math.cos(direction) * (position[1] - through[1])
 

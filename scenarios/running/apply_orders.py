@@ -16,6 +16,7 @@ from oilsim.loads.morison import FloatingBodies
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario
+from scenarios.schema.exercise import body_of
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.fleet import course_of, gains_of, water_density
@@ -25,6 +26,7 @@ from scenarios.signals.weather_inputs import set_current, set_wind
 
 if TYPE_CHECKING:
     from oilsim.slick.spill_source import SpillSource
+    from vessels.control import VesselControl
 
 
 def give_orders(assembly: Assembly, scenario: Scenario) -> None:
@@ -37,9 +39,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     pipes = _new_pipes(assembly, felt)
     sources = _new_sources(assembly, scenario)
     for control in assembly.controls:
-        course = course_of(scenario.vessels[control.vessel.name], scenario)
-        if course is not None and course != control.vessel.course:
-            control.change_course(course)
+        _steer(assembly, scenario, control)
         mass = control.vessel.hull.mass_properties.mass
         gains = gains_of(scenario.vessels[control.vessel.name], mass, felt.orbital_speed)
         if gains != control.vessel.gains:
@@ -69,6 +69,25 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
 
             carry_slick(assembly.slick, environment.sea, assembly.fleet.booms)
     _drive(assembly, felt)
+
+
+def _steer(assembly: Assembly, scenario: Scenario, control: VesselControl) -> None:
+    """Give a helmsman the course that `scenario` has for its vessel.
+
+    The tow's line goes through the vessel's place at the start. Where the tow turns it, or takes the vessel over, that line may be far
+    off by now: then it is laid through the vessel's present place. A course of the vessel's own has lines of its own.
+    """
+    name = control.vessel.name
+    present, course = control.vessel.course, course_of(scenario.vessels[name], scenario)
+    if course is None or present is None or course == present:
+        return
+    last, before = course.legs[-1], present.legs[-1]
+    if scenario.vessels[name].legs or scenario.vessels[name].waypoints:
+        control.lay_line(None)
+    elif assembly.world is not None and (last.heading, last.through) != (before.heading, before.through):
+        x, y = assembly.world.pose(body_of(name))[:2].tolist()
+        control.lay_line((x, y))
+    control.change_course(course)
 
 
 def require_reach(assembly: Assembly, scenario: Scenario) -> None:

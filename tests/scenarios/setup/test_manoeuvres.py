@@ -240,3 +240,24 @@ def test_waves_that_are_ordered_make_the_helmsman_patient_without_a_jerk() -> No
     assert np.abs(thrusts(trial, 40.0)).max() < 0.5 * 40000.0
     give_orders(trial.assembly, calm)
     assert trial.control.vessel.gains == quick
+
+
+def test_a_tow_that_turns_goes_on_from_where_its_vessels_are() -> None:
+    """At 60 m from its start a vessel turns by 20 degrees. The line through its start is 20 m off; slower, it keeps the new one."""
+    tow = (
+        BASE.replace("bollard_pull", "side_thrust = 4000.0\nbollard_pull")
+        + SCREWS
+        + "[tow]\nspeed = {}\nheading = {}\n"
+    )
+    trial = Trial(tow.format(2.0, 0.0))
+    trial.run(40.0)
+    begin, heading = trial.motion[-1], math.radians(20.0)
+    assert begin[0] > 60.0
+    give_orders(trial.assembly, scenario_from(tomllib.loads(tow.format(2.0, heading))))
+    trial.run(20.0)
+    give_orders(trial.assembly, scenario_from(tomllib.loads(tow.format(1.0, heading))))
+    trial.run(60.0)
+    off = trial.motion[-400:] - begin
+    to_port = math.cos(heading) * off[:, 1] - math.sin(heading) * off[:, 0]
+    assert np.abs(to_port).max() < LENGTH
+    assert np.abs(to_port[-50:]).max() < 1.0
