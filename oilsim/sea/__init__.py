@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from oilsim.sea.continuation import Continuation
 from oilsim.sea.description import CurrentProfile, SeaDescription, WindField
 from oilsim.sea.flows import FlowTable, SteadyFlow, TidalFlow
 from oilsim.sea.gusts import KaimalGusts
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from oilsim.sea.sea import Kinematics, Sea
 
 __all__ = [
-    "CurrentProfile", "FlowTable", "JonswapWaves", "KaimalGusts", "Kinematics", "LangmuirCells", "RegularWaves", "Sea",
+    "Continuation", "CurrentProfile", "FlowTable", "JonswapWaves", "KaimalGusts", "Kinematics", "LangmuirCells", "RegularWaves", "Sea",
     "SeaDescription", "SteadyFlow", "TidalFlow", "Tide", "Turbulence", "WindDrift", "WindField",
 ]  # fmt: skip
 

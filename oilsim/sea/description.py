@@ -11,6 +11,7 @@ import numpy as np
 
 from oilsim.physical_constants import GRAVITY, SEA_WATER_DENSITY
 from oilsim.quantity import quantity, require
+from oilsim.sea.continuation import Continuation
 from oilsim.sea.flows import Flow, FlowTable, SteadyFlow, TidalFlow
 from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves
@@ -87,6 +88,7 @@ class SeaDescription:
     langmuir    LangmuirCells, or None; they need wind and waves
     turbulence  Turbulence, or None
     tide        Tide, or None: the surface stays at `level`, but for its waves
+    carried     Continuation of the sea before this one; by default there is none
     Raises ValueError for values that are not allowed; `oilsim.sea.Sea` raises it for waves that cannot be.
     """
 
@@ -101,6 +103,7 @@ class SeaDescription:
     turbulence: Turbulence | None = None
     tide: Tide | None = None
     build_up: float = quantity("s", default=0.0, at_least=0.0)
+    carried: Continuation = field(default_factory=Continuation)
 
     def __post_init__(self) -> None:
         require("sea", SeaDescription, vars(self), self._problems())
@@ -113,6 +116,7 @@ class SeaDescription:
         yield from of_kind("langmuir", self.langmuir, LangmuirCells, none)
         yield from of_kind("turbulence", self.turbulence, Turbulence, none)
         yield from of_kind("tide", self.tide, Tide, none)
+        yield from of_kind("carried", self.carried, Continuation)
         if self.langmuir is not None and (self.wind is None or self.waves is None):
             yield "langmuir is given without wind and waves, allowed: with both, which make the cells"
 

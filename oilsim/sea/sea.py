@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from oilsim.sea.continuation import Continuation
 from oilsim.sea.description import SeaDescription, profile
 from oilsim.sea.dispersion_relation import second_harmonic
+from oilsim.sea.flows import SteadyFlow
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
 from oilsim.sea.linear_waves import WaveField, linear_field, sum_elevation
@@ -68,7 +71,40 @@ class Sea:
         self._downwind = self._mean_wind / speed if speed > 0.0 else np.array([1.0, 0.0])
 
     def _components(self, waves: RegularWaves | JonswapWaves) -> WaveComponents:
-        return waves.components(self._water, self.description.surface_current, self.description.shear_exponent)
+        flow = self.description.carried.made_in or self.description.surface_current
+        return waves.components(self._water, flow, self.description.shear_exponent)
+
+    def followed_by(self, description: SeaDescription, time: float, place: Double) -> Sea:
+        """Return the sea of another description, in which the patterns of this one go on from where they are at `time` [s].
+
+        Waves do so everywhere, and keep their lengths; gusts at a `place` (2,) [m], because their lengths grow with the wind.
+        """
+        after = Sea(replace(description, carried=Continuation()))
+        carried = self.description.carried
+        x, y = (self._own_travel(time) - after._own_travel(time)).tolist()
+        return Sea(
+            replace(
+                description,
+                carried=Continuation(
+                    way=(carried.way[0] + x, carried.way[1] + y),
+                    lead=carried.lead + (after._arrival(place) - self._arrival(place)),
+                    made_in=self._made_in(),
+                ),
+            )
+        )
+
+    def _made_in(self) -> SteadyFlow | None:
+        """Return the current in which the lengths of the waves were made; None where these do not depend on it."""
+        waves, flow = self.description.waves, self.description.surface_current
+        if waves is None or waves.seen_from == "water":
+            return None
+        own = flow if isinstance(flow, SteadyFlow) else SteadyFlow(speed=0.0)
+        return self.description.carried.made_in or own
+
+    def _arrival(self, place: Double) -> float:
+        """Return the time [s] that gusts take from the origin to a place (2,) [m]; 0 without a wind."""
+        speed = math.hypot(*self._mean_wind)
+        return float(place @ self._downwind) / speed if speed > 0.0 else 0.0
 
     @property
     def level(self) -> float:
@@ -165,7 +201,7 @@ class Sea:
         factor = np.ones(len(points))
         if self._gusts is not None:
             along = points[:, 0] * self._downwind[0] + points[:, 1] * self._downwind[1]
-            add_gusts(along, self._gusts, time, factor)
+            add_gusts(along, self._gusts, time + self.description.carried.lead, factor)
         return (factor[:, None] * self.mean_wind(time)).reshape(*shape, 2)
 
     def surface_drift(self, xy: ArrayLike, time: float) -> Double:
@@ -174,7 +210,7 @@ class Sea:
         drift = np.tile(self.wind_drift(0.0, time) + self._surface_stokes_drift, (len(points), 1))
         cells, speed = self.description.langmuir, math.hypot(*self.mean_wind(time))
         if cells is not None and speed >= WEAKEST_WIND and self.langmuir_number(time) < LARGEST_NUMBER:
-            drift += cells.velocity(points[:, :2] - self._travel(time), self._downwind, speed)
+            drift += cells.velocity(points[:, :2] - self.travel(time), self._downwind, speed)
         return drift.reshape(*shape, 2)
 
     def wind_drift(self, depth: ArrayLike, time: float) -> Double:
@@ -214,13 +250,17 @@ class Sea:
             return np.zeros((count, 2))
         return turbulence.displacement(count, step, time_step, self.mean_wind(time), age)
 
-    def _travel(self, time: float) -> Double:
-        """Return the way (2,) [m] of the surface current since time 0."""
+    def travel(self, time: float) -> Double:
+        """Return the way (2,) [m] of the surface current since time 0, that in the seas before this one included."""
+        return self._own_travel(time) + self.description.carried.way
+
+    def _own_travel(self, time: float) -> Double:
+        """Return the way (2,) [m] of the surface current since time 0, had it always been this one."""
         flow = self.description.surface_current
         return np.zeros(2) if flow is None else flow.travel(time)
 
     def _phase(self, time: float) -> Double:
-        return self._waves.phase_at(time, self._travel(time))
+        return self._waves.phase_at(time, self.travel(time))
 
     def _wave_field(self, points: Double, time: float) -> WaveField:
         share, rate = self.description.growth(time)

@@ -49,8 +49,7 @@ class SeaMotion:
 
     def travel(self, time: float) -> Double:
         """Return the way X (3,) [m] of the surface current since time 0."""
-        flow = self.sea.description.surface_current
-        return np.zeros(3) if flow is None else np.append(flow.travel(time), 0.0)
+        return np.append(self.sea.travel(time), 0.0)
 
     def displacement(self, rest: Double, time: float) -> Double:
         """Return D (N, 3) [m] of the water whose place at rest is `rest`."""

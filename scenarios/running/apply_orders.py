@@ -12,14 +12,13 @@ from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind
-from oilsim.loads.morison import FloatingBodies
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
+from scenarios.running.ordered_sea import change_sea, ordered_sea
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
-from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.particle_free import without_particles
-from scenarios.setup.fleet import course_of, gains_of, water_density
+from scenarios.setup.fleet import course_of, gains_of
 from scenarios.setup.fluid import forcings_of, pipe_of, pipe_problems
 from scenarios.setup.moorings import leg_name, tie_name
 from scenarios.signals.weather_inputs import set_current, set_wind
@@ -35,7 +34,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     Raises ScenarioError, and changes nothing, if a new part cannot be made. Whether ties are within reach is for `require_reach`.
     """
     felt = without_particles(scenario)
-    environment = _environment(assembly, felt)
+    sea = ordered_sea(assembly, felt)
     pipes = _new_pipes(assembly, felt)
     sources = _new_sources(assembly, scenario)
     for control in assembly.controls:
@@ -62,12 +61,8 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         assembly.slick.sources += sources
         for source in assembly.slick.sources:
             source.rate = rate_of(scenario.emitters[source.name])
-    if environment is not None and assembly.world is not None:
-        assembly.world.change_environment(environment)
-        if assembly.slick is not None:
-            from scenarios.setup.at_sea.parcels import carry_slick  # only a run with parcels pays for its kernels
-
-            carry_slick(assembly.slick, environment.sea, assembly.fleet.booms)
+    if sea is not None:
+        change_sea(assembly, sea)
     _drive(assembly, felt)
 
 
@@ -145,13 +140,6 @@ def _change_skimmers(assembly: Assembly, scenario: Scenario) -> None:
         ordered = scenario.skimmers[one.name.removeprefix("skimmers/")]
         one.skimmer.is_running = ordered.running
         one.skimmer.design = ordered.design(one.skimmer.design.water_density)
-
-
-def _environment(assembly: Assembly, scenario: Scenario) -> FloatingBodies | None:
-    """Return the bodies afloat in the sea of `scenario`; None in a run whose bodies no such sea loads."""
-    present = None if assembly.world is None else assembly.world.environment
-    sea = build_sea(scenario, water_density(scenario)) if isinstance(present, FloatingBodies) else None
-    return None if sea is None or not isinstance(present, FloatingBodies) else present.in_sea(sea)
 
 
 def _new_pipes(assembly: Assembly, scenario: Scenario) -> list[PipeEmitter]:

@@ -20,6 +20,7 @@ from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, 
 from recordings.files import RECORDING_ENDING, held
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
+from scenarios.running.ordered_sea import restore_sea, saved_sea
 from scenarios.running.plan import Plan, plan_from
 from scenarios.versions import versions
 
@@ -40,7 +41,7 @@ def checkpoint_folder(recording: Path) -> Path:
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
     """Return everything that influences the next step, and the accounts that are kept."""
     state = {"simulation": simulation.save_state(), "remarks": assembly.remarks.save_state()}
-    return state | _strength(assembly) | assembly.accounts.save_state()
+    return state | _strength(assembly) | saved_sea(assembly) | assembly.accounts.save_state()
 
 
 def _strength(assembly: Assembly) -> dict[str, Any]:
@@ -56,6 +57,7 @@ def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Ass
         require_alike(name, state[name], account)
     if "strength" in own:
         assembly.strength.restore_state(state["strength"])
+    restore_sea(assembly, state)
     assembly.accounts.restore_state(state)
     assembly.remarks.restore_state(state["remarks"])
     simulation.initialize(state["simulation"])

@@ -112,6 +112,44 @@ def test_two_injects_part_two_joints_whatever_was_ordered_before(tmp_path: Path)
     ]
 
 
+WEATHER = """
+[sea.current]
+kind = "steady"
+speed = 0.3
+direction = 1.0
+[sea.waves]
+kind = "regular"
+height = 0.3
+period = 3.0
+direction = 2.0
+[sea.wind]
+kind = "steady"
+speed = 8.0
+direction = 2.0
+gust_intensity = 0.1
+[injects.first]
+at = 0.2
+orders = ["tow.heading_deg=20", "sea.current.speed=0.5", "sea.wind.speed=12"]
+[injects.second]
+at = 0.7
+orders = ["tow.speed=0.4", "sea.current.direction=0.5", "sea.wind.direction=2.5"]
+"""
+
+
+def test_run_goes_on_exactly_where_tow_current_and_wind_have_turned(tmp_path: Path) -> None:
+    """From a checkpoint between two orders to all of them; what the sea has taken over at the first belongs into the state."""
+    records = [tmp_path / f"{name}.rrd" for name in ("whole", "first", "second")]
+    options = [RunOptions(record=record, summary=record.with_suffix(".json")) for record in records]
+    assert run_scenario(scenario(1.0, WEATHER), options=options[0], console=QUIET) == 0
+    assert run_scenario(scenario(0.5, WEATHER), options=options[1], console=QUIET) == 0
+    restart = find_restart(records[1]).with_settings(("run.duration=1.0",), None)
+    assert resume(restart, options=options[2], console=QUIET) == 0
+    summaries = [json.loads(record.with_suffix(".json").read_text()) for record in records]
+    assert summaries[2]["state_hash"] == summaries[0]["state_hash"] is not None
+    for record in (records[0], records[2]):
+        assert verify(record, console=QUIET).difference == ""
+
+
 def test_seed_draws_the_time_and_whether_it_comes() -> None:
     inject = InjectSettings(at=100.0, spread=30.0, chance=0.5, orders=("tow.speed=1",))
     drawn = [inject.drawn("gust", seed) for seed in range(400)]

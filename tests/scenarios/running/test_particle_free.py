@@ -73,6 +73,20 @@ def test_ordered_wind_carries_the_slick_as_it_loads_the_bodies():
     assert 0.4 < velocity[1] < 0.8
 
 
+def test_ordered_current_carries_waves_on_from_where_they_are():
+    """At the bodies of `sweep-200m`, ten minutes after the start: the surface stays where it is."""
+    loaded = load_scenario("sweep-200m").scenario
+    assembly = build(loaded)
+    world = assembly.world
+    world.time = 600.0
+    places = world.poses(world.loaded_names)[:, :2]
+    before = world.environment.sea
+    sea = replace(loaded.sea, current=replace(loaded.sea.current, speed=loaded.sea.current.speed + 0.1))
+    give_orders(assembly, replace(loaded, sea=sea))
+    after = world.environment.sea
+    assert after.elevation(places, 600.0) == pytest.approx(before.elevation(places, 600.0), abs=1e-9)
+
+
 def test_body_that_sinks_is_refused_by_name():
     changes = [BARE, "bodies.rock.shape='box'", "bodies.rock.size=[0.2,0.2,0.2]", "bodies.rock.density=2600.0"]
     changes += ["bodies.rock.position=[1.0,1.0,0.5]", "bodies.rock.motion.kind='free'"]
