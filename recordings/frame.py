@@ -23,6 +23,8 @@ from recordings.surface import FilmFrame, SurfaceFrame
 Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
 EventLevel = Literal["info", "warning", "error"]
 EVENT_LEVELS: tuple[EventLevel, ...] = ("info", "warning", "error")
+INSTRUCTOR, INJECTS = "instructor", "injects"  # sources of events: orders to a run, and those of its scenario
+ORDER_SOURCES = (INSTRUCTOR, INJECTS)  # of the events that tell orders
 
 _BODY_LENGTHS = (("position", 3), ("orientation", 4), ("linear_velocity", 3), ("angular_velocity", 3), ("wrench", 6))
 _ENDS = list(accumulate(length for _, length in _BODY_LENGTHS))

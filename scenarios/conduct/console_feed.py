@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any
 
 from coupling.master.observer_dispatch import CommunicationPoint
-from recordings.frame import Event, Frame, RunDescription
+from recordings.frame import INSTRUCTOR, ORDER_SOURCES, Event, Frame, RunDescription
 from scenarios.conduct.latest import LatestSender
 from scenarios.conduct.snapshot import scene_of, state_of
 from scenarios.problems import ScenarioError
@@ -52,11 +52,11 @@ class ConsoleFeed:
             self._show(frame)
 
     def event(self, event: Event) -> None:
-        """Send the line of the log, and after an instructor's words the state that belongs to them."""
+        """Send the line of the log, and after an order, or other words of an instructor, the state that belongs to them."""
         self._sender.tell(
             {"time": event.time, "text": event.text, "level": event.level, "source": event.source, "mark": _mark(event)}
         )
-        if event.source == "instructor":  # it speaks at communication points, where the frame still holds
+        if event.source in ORDER_SOURCES:  # they speak at communication points, where the frame still holds
             if self._frame is None:
                 self._frame = self._resumed(event.time)
             self._heed(event.text)
@@ -76,7 +76,7 @@ class ConsoleFeed:
         return self._assembly.frame_source(CommunicationPoint(index, time, step))
 
     def _heed(self, text: str) -> None:
-        """Take an instructor's words into what is shown."""
+        """Take orders, and other words of an instructor, into what is shown."""
         if text in (PAUSED, GOES_ON):
             self._is_paused = text == PAUSED
             self._marks.clear()
@@ -108,5 +108,5 @@ class ConsoleFeed:
 
 def _mark(event: Event) -> str | None:
     """Return the name of the mark that an event sets; None for another event."""
-    is_mark = event.source == "instructor" and event.text.startswith(MARKS)
+    is_mark = event.source == INSTRUCTOR and event.text.startswith(MARKS)
     return event.text.removeprefix(MARKS) if is_mark else None

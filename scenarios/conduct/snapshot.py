@@ -21,7 +21,7 @@ from recordings.words import CAUSE_IN_WORDS
 from scenarios.conduct.plan_view import as_text, oil_spots
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario
-from scenarios.schema.exercise import body_of
+from scenarios.schema.exercise import body_of, joint_name
 from vessels.vessel import heading_of
 
 GAUGES = ("tow_speed", "normal_speed_held", "gap_ratio", "oil_retained", "oil_lost", "oil_free", "skirt_angle")
@@ -86,7 +86,7 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, 
         "time": frame.time,
         "index": frame.index,
         "vessels": {name: _vessel_state(name, assembly, scenario, frame, current) for name in scenario.vessels},
-        "booms": {boom.name: _boom_state(boom, frame, current, scenario, several) for boom in booms},
+        "booms": {boom.name: _boom_state(boom, frame, current, assembly, several) for boom in booms},
         "tow": None if scenario.tow is None else {"speed": scenario.tow.speed, "heading": scenario.tow.heading},
         "weather": weather_of(scenario),
         "pipes": {name: pipe.speed for name, pipe in scenario.emitters.items()},
@@ -181,7 +181,7 @@ def _line_state(vessel: str, assembly: Assembly, scenario: Scenario) -> dict[str
 
 
 def _boom_state(
-    boom: BoomDescription, frame: Frame, current: np.ndarray, scenario: Scenario, several: bool
+    boom: BoomDescription, frame: Frame, current: np.ndarray, assembly: Assembly, several: bool
 ) -> dict[str, Any]:
     bodies = [frame.bodies[segment] for segment in boom.segments]
     state = BoomState(
@@ -199,11 +199,18 @@ def _boom_state(
         "line": state.line().round(2).tolist(),
         "normal": state.normal_speed(current).round(3).tolist(),
         "tension": [_finite(round(body.tension, 1)) for body in bodies],
-        "parted": list(scenario.booms[boom.name].parted),
+        "parted": _parted(boom, assembly),
         "pull": _named(scalars, "tow_tension/"),
         "lost": _named(scalars, "oil_lost/"),
         **gauges,
     }
+
+
+def _parted(boom: BoomDescription, assembly: Assembly) -> list[int]:
+    """Return the numbers of the joints of a boom that have parted, by an order or by their load."""
+    assert assembly.world is not None, "booms need a world"
+    holding = set(assembly.world.joint_names)
+    return [number for number in range(1, len(boom.segments)) if joint_name(boom.name, number) not in holding]
 
 
 def _named(scalars: Mapping[str, float], prefix: str) -> dict[str, float | None]:

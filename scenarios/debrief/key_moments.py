@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from recordings.frame import Event
+from recordings.frame import ORDER_SOURCES, Event
 from recordings.pictures.scenes import render_moments
 from recordings.replay.moments import Moment, read_moments, recorded_steps
 from recordings.replay.recording import Replay
@@ -20,7 +20,7 @@ _MOST = 6  # moments on the page
 _CLOSE = 0.05  # fraction of the run's time; events closer than this share a moment
 _TELL_TIME = 0.05  # [s]; an event farther than this from the moment's time is shown with its own time
 _WIDTH = 930  # [pixels]
-_ORDERS = ("orders", "instructor", "injects")  # sources of orders
+_ORDERS = ("orders", *ORDER_SOURCES)  # sources of orders; the first announces those of the scenario's plan
 _TECHNICAL = ("master", "oilsim", "fluid", "thin", "leak", "skirt", "blockage")  # sources of talk of the solver
 
 
@@ -55,7 +55,7 @@ def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMom
 
 def deck_text(replay: Replay, event: Event) -> str:
     """Return the text of an event in the words of the deck."""
-    return order_in_words(event.text, bearing_of(replay)) if event.source in ("instructor", "injects") else event.text
+    return order_in_words(event.text, bearing_of(replay)) if event.source in ORDER_SOURCES else event.text
 
 
 def bearing_of(replay: Replay) -> float:

@@ -14,7 +14,7 @@ from typing import Any, Protocol, cast
 from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
 from recordings.errors import RecordingError
-from recordings.frame import EventLevel
+from recordings.frame import INJECTS, INSTRUCTOR, EventLevel
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.apply_orders import give_orders, require_reach
 from scenarios.running.assembly import Assembly
@@ -32,7 +32,6 @@ from scenarios.running.instructor import Instructor
 from scenarios.running.plan import Plan
 from scenarios.running.run_requests import RunRequests
 
-INJECTS = "injects"  # source of the orders that a scenario gives itself
 MARKS = "marks "  # how the text of a mark's event begins
 
 
@@ -114,7 +113,7 @@ class RunLoop:
         Raises ScenarioError, and gives none of them, if they are not allowed.
         """
         self._give_planned()
-        self._give(settings, "instructor")
+        self._give(settings, INSTRUCTOR)
 
     def _give(self, settings: Sequence[str], source: str) -> None:
         """Give orders of a source here and now; ScenarioError, and none given, if they are not allowed."""
@@ -152,7 +151,7 @@ class RunLoop:
         if self._checkpoints is None:
             raise ScenarioError([Problem("mark", f"cannot be set: {self._why_unsaved()}")], "oilsim")
         self._save(self._checkpoints, asked=True)
-        self.simulation.emit(f"{MARKS}{words}", source="instructor")
+        self.simulation.emit(f"{MARKS}{words}", source=INSTRUCTOR)
 
     def end(self) -> None:
         """Make no more steps."""
@@ -226,7 +225,7 @@ class RunLoop:
         require_reach(self._assembly, scenario)
         give_orders(self._assembly, scenario)
 
-    def _count_given(self, source: str = "instructor") -> None:
+    def _count_given(self, source: str = INSTRUCTOR) -> None:
         """Count the next action of the plan as given, and tell observers who gave it."""
         self.simulation.emit(self.plan.actions[self._given].text, source=source)
         self._given += 1

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from coupling.errors import CoSimulationError
 from recordings.errors import RecordingError
+from recordings.frame import INSTRUCTOR
 from recordings.replay.recording import Replay
 from recordings.replay.replay_check import ReplayCheck
 from scenarios.running.assembly import build
@@ -83,7 +84,7 @@ def _with_orders(plan: Plan, replay: Replay) -> Plan:
     step = plan.scenario.run.communication_step
     planned = Counter((action.index, text) for action in plan.actions for text in action.texts)
     for event in replay.events:
-        if event.source != "instructor":
+        if event.source != INSTRUCTOR:
             continue
         index = round(event.time / step)
         if planned[index, event.text] > 0:

@@ -1,4 +1,4 @@
-"""What the console's page is told of a run: outlines of fixed bodies, and tow lines as laid, as ordered and as they are."""
+"""What the console's page is told of a run: outlines of fixed bodies, tow lines as laid, as ordered and as they are, joints that parted."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import pytest
 
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.conduct.snapshot import scene_of, state_of
-from scenarios.load import scenario_from
+from scenarios.load import load_scenario, scenario_from
 from scenarios.running.apply_orders import give_orders
 from scenarios.running.plan import Plan
+from scenarios.schema.exercise import joint_name
 from tests.scenarios.small_tow import small_tow
 
 MORE = """line_stiffness = 2000.0
@@ -48,3 +49,18 @@ def test_a_tow_line_is_told_as_laid_as_ordered_and_as_it_is(run: ScenarioRun) ->
     # the winch pays out 0.5 m/s towards 3 m; the port one hauls a quarter of a metre of that in again
     assert vessels["port"]["line"] == pytest.approx({"laid": 3.0, "ordered": 2.75, "now": 2.05})
     assert vessels["starboard"]["line"] == pytest.approx({"laid": 3.0, "ordered": 3.0, "now": 2.05})
+
+
+def test_joints_that_broke_by_their_load_are_told_beside_those_that_were_ordered_to_part(
+    scenario_run: type[ScenarioRun],
+) -> None:
+    changes = ["run.detail='none'", "run.communication_step=0.02", "forcing.current.speed=1.0"]
+    weak = ["booms.main.strength=1e6", "booms.main.section_length=3.0", "booms.main.connector_strength=20.0"]
+    run = scenario_run(load_scenario("u-sweep", overrides=[*changes, *weak]).scenario)
+    ordered = Plan(scenario=run.scenario).ordered(["booms.main.parted=[2]"], 0).scenario_at(0)
+    give_orders(run.assembly, ordered)
+    run.run(0.5)
+    holding = run.assembly.world.joint_names
+    parted = state_of(run.assembly, ordered, run.history.frames[-1])["booms"]["main"]["parted"]
+    assert {2, 10} <= set(parted)
+    assert parted == [number for number in range(1, 20) if joint_name("main", number) not in holding]
