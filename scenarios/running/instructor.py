@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
+from recordings.frame import INSTRUCTOR
 from scenarios.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
@@ -116,9 +117,11 @@ class Instructor:
     def _pause(self, run: OrderedRun, wanted: bool) -> str:
         """Let the run pause, or go on."""
         told = PAUSED if wanted else GOES_ON
+        if not wanted:
+            self._steps = 0  # the run makes them as it goes on; the next pause owes none
         if wanted != self._is_paused:
             self._is_paused = wanted
-            run.simulation.emit(told, source="instructor")
+            run.simulation.emit(told, source=INSTRUCTOR)
         return told
 
     def _step(self, run: OrderedRun) -> str:
