@@ -74,11 +74,11 @@ def _state_in_words(key: str, written: str) -> str:
     """Return an order to an engine, a boom or a tie in words; empty for another one."""
     match key.split("."):
         case ["vessels", vessel, "engine"]:
-            which = written.removesuffix("stopped")  # "port " or "starboard " of two
+            side = written.strip("\"'").removesuffix("stopped")  # "port " or "starboard " for one of two screws
             return (
                 f"the engine of {vessel} runs again"
-                if written == "running"
-                else f"the {which}engine of {vessel} has stopped"
+                if side == "running"
+                else f"the {side}engine of {vessel} has stopped"
             )
         case ["booms", boom, "parted"]:
             joints = [joint.strip() for joint in written.strip("[]").split(",")]

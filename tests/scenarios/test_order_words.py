@@ -26,6 +26,9 @@ EAST = 0.5 * math.pi
             "orders vessels.port.hauled=1.5 vessels.tug.hauled=-2",
             "tow line of port: 1.5 m shorter; tow line of tug: 2.0 m longer",
         ),
+        ("orders vessels.tug.engine=stopped", "the engine of tug has stopped"),
+        ("orders 'vessels.tug.engine=port stopped'", "the port engine of tug has stopped"),
+        ("orders vessels.tug.engine=running", "the engine of tug runs again"),
         ("orders vessels.port.hauled=0", "tow line of port: as it was laid"),
         (
             "orders booms.main.tow_line=20 injects.storm.given=true",

@@ -1,5 +1,6 @@
 // The controls beside the plan: the instructor's, those of a vessel's crew, or none.
-import { KNOT, clock, course, compass, direction, knots } from "./units.js";
+import { waves } from "./orders.js";
+import { KNOT, clock, course, compass, direction, engineFault, knots } from "./units.js";
 
 const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 const number = (id, title, unit, step, low, high) => `<label class="number">${title} <span>${unit}</span><input id="${id}" type="number" step="${step}" min="${low}" max="${high}"></label>`;
@@ -106,12 +107,10 @@ function weatherControls(place, scene, link) {
     <div class="row">${number("waves-height", "Waves", "m", 0.1, 0, 20)}<button data-what="waves">Order</button></div>`);
   const steady = table === "sea" ? 'kind="steady",' : "";
   when(box, "button", (button) => {
-    const what = button.dataset.what, present = window.conduct.state?.weather[what];
+    const what = button.dataset.what, weather = window.conduct.state?.weather, present = weather?.[what];
     let settings;
-    if (what === "waves") {
-      const height = value("waves-height");
-      settings = present ? [`${table}.waves.${present.key}=${height}`] : [`${table}.waves={${table === "sea" ? 'kind="regular",' : ""}height=${height},period=${Math.max(2, 5 * Math.sqrt(height)).toFixed(1)}}`];
-    } else {
+    if (what === "waves") settings = waves(table, weather, value("waves-height"));
+    else {
       const speed = value(`${what}-speed`) * KNOT, way = what === "wind" ? direction(value("wind-from") + 180, bearing) : direction(value("current-to"), bearing);
       settings = present ? [`${table}.${what}.speed=${speed}`, `${table}.${what}.direction=${way}`] : [`${table}.${what}={${steady}speed=${speed},direction=${way}}`];
     }
@@ -196,8 +195,8 @@ export function showVessels(scene, state) {
   for (const [name, vessel] of Object.entries(state.vessels)) {
     const place = document.getElementById(`state-${name}`);
     if (!place) continue;
-    const ordered = orderedWords(vessel.ordered, scene.bearing);
-    place.textContent = `Heading ${course(vessel.heading, scene.bearing)}, ${knots(vessel.over_ground)} over the ground, ${knots(vessel.through_water)} through the water${ordered}${lineWords(vessel.line)}${vessel.engine === "stopped" ? "; engine stopped" : ""}`;
+    const ordered = orderedWords(vessel.ordered, scene.bearing), fault = engineFault(vessel.engine);
+    place.textContent = `Heading ${course(vessel.heading, scene.bearing)}, ${knots(vessel.over_ground)} over the ground, ${knots(vessel.through_water)} through the water${ordered}${lineWords(vessel.line)}${fault && `; ${fault}`}`;
   }
 }
 

@@ -1,5 +1,5 @@
 // The plan view: north up, drawn on a canvas from the latest state.
-import { compass, knots } from "./units.js";
+import { compass, engineFault, knots } from "./units.js";
 import { ASHORE, LOST, filmClass, normalColor, tensionColor } from "./colors.js";
 import { drawFurniture } from "./furniture.js";
 
@@ -199,6 +199,7 @@ export class PlanView {
   drawVessel(pen, vessel, state) {
     const [left, top] = this.at(state.x, state.y), turn = compass(state.heading, this.scene.bearing) * Math.PI / 180;
     const length = Math.max(vessel.length * this.scale, LEAST_VESSEL), beam = length * vessel.beam / vessel.length;
+    const fault = engineFault(state.engine);
     pen.save();
     pen.translate(left, top); pen.rotate(turn);
     pen.beginPath();
@@ -206,10 +207,10 @@ export class PlanView {
     pen.quadraticCurveTo(beam / 2, -length / 4, beam / 2, 0);
     pen.lineTo(beam / 2, length / 2); pen.lineTo(-beam / 2, length / 2); pen.lineTo(-beam / 2, 0);
     pen.quadraticCurveTo(-beam / 2, -length / 4, 0, -length / 2);
-    pen.fillStyle = state.engine === "stopped" ? "#a8231c" : vessel.name === this.own ? "#0b5c8a" : "#22345c"; pen.fill();
+    pen.fillStyle = fault ? "#a8231c" : vessel.name === this.own ? "#0b5c8a" : "#22345c"; pen.fill();
     pen.strokeStyle = "#ffffff"; pen.lineWidth = 1; pen.stroke();
     pen.restore();
-    const words = `${vessel.name} ${knots(state.over_ground, 1)}${state.engine === "stopped" ? ", engine stopped" : ""}`;
+    const words = `${vessel.name} ${knots(state.over_ground, 1)}${fault && `, ${fault}`}`;
     label(pen, words, left + 12, top - beam / 2 - 8);
   }
 

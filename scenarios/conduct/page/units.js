@@ -6,6 +6,8 @@ export const course = (direction, bearing) => direction == null ? "–" : String
 export const direction = (degrees, bearing) => bearing - degrees * Math.PI / 180;
 export const figures = (number) => number === 0 ? "0" : Number(number.toPrecision(3)).toLocaleString("en", { maximumFractionDigits: 6 });
 export const volume = (cubic) => cubic == null ? "–" : Math.abs(cubic) >= 1 ? `${figures(cubic)} m³` : `${figures(1000 * cubic)} litres`;
+// "engine stopped", or "port engine stopped" for one of two; empty for engines that run.
+export const engineFault = (state) => state === "running" ? "" : `${state.slice(0, -"stopped".length)}engine stopped`;
 export function force(newton) {
   if (newton == null) return "–";
   const tonnes = newton >= 1000 ? ` (${figures(newton / 9806.65)} t)` : "";

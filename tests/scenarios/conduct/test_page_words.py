@@ -1,0 +1,76 @@
+"""Words and orders that the page's own scripts make of a state; Node runs them, without a browser."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scenarios.load import scenario_from
+from scenarios.running.plan import Plan
+from tests.scenarios.small_tow import small_tow
+
+NODE = shutil.which("node")
+PAGE = Path(__file__).parents[3] / "scenarios" / "conduct" / "page"
+pytestmark = pytest.mark.skipif(NODE is None, reason="Node is not installed: apt-get install nodejs")
+
+
+def called(file: str, function: str, *arguments: Any) -> Any:
+    """Call a function of one of the page's scripts."""
+    text = f"""
+        import {{ {function} as called }} from {json.dumps((PAGE / file).as_uri())};
+        console.log(JSON.stringify(called(...{json.dumps(arguments)})));
+    """
+    assert NODE is not None
+    done = subprocess.run(
+        [NODE, "--input-type=module", "--experimental-default-type=module", "--eval", text],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize(
+    ("engine", "words"),
+    [
+        ("running", ""),
+        ("stopped", "engine stopped"),
+        ("port stopped", "port engine stopped"),
+        ("starboard stopped", "starboard engine stopped"),
+    ],
+)
+def test_each_engine_that_has_stopped_is_shown(engine: str, words: str) -> None:
+    assert called("units.js", "engineFault", engine) == words
+
+
+@pytest.mark.parametrize(
+    ("wind", "direction"),
+    [({"speed": 8.0, "direction": 3.0}, 3.0), (None, 0.0), ({"speed": 8.0, "direction": None}, 0.0)],
+)
+def test_new_waves_run_with_the_wind(wind: dict[str, float] | None, direction: float) -> None:
+    weather = {"current": None, "wind": wind, "waves": None}
+    (order,) = called("orders.js", "waves", "sea", weather, 0.5)
+    text = small_tow(duration=9.0, communication_step=0.1, frame_rate=10)
+    plan = Plan(scenario=scenario_from(tomllib.loads(text))).ordered([order], 0)
+    sea = plan.scenario_at(0).sea
+    assert sea is not None and sea.waves is not None
+    assert (sea.waves.height, sea.waves.period, sea.waves.direction) == (0.5, 3.5, direction)
+
+
+def test_waves_that_are_there_only_get_another_height() -> None:
+    weather = {
+        "wind": {"speed": 8.0, "direction": 3.0},
+        "waves": {"key": "significant_height", "height": 1.0, "period": 5.0, "direction": 0.0},
+    }
+    assert called("orders.js", "waves", "sea", weather, 0.5) == ["sea.waves.significant_height=0.5"]
+    weather["waves"] = None
+    assert called("orders.js", "waves", "forcing", weather, 0.5) == [
+        "forcing.waves={height=0.5,period=3.5,direction=3}"
+    ]
