@@ -12,7 +12,7 @@ steer                       vessel, speed [m/s], heading [rad], keeps_line
 levers                      vessel, thrust ahead and steering counter-clockwise by hand, -1 to 1 of the largest
 engine                      vessel, runs
 line                        vessel, length [m] to which its winch brings its own tow line
-branch                      time [s], settings: orders at that moment
+branch                      time [s], recording: that of the mark there, null for a moment of the present run, settings: orders there
 debrief                     of the recording so far
 look                        time [s]: the state nearest to it, for a page that looks back
 """
@@ -47,7 +47,7 @@ _ENTRIES: Mapping[str, Mapping[str, str]] = {
     "levers": {"vessel": "text", "thrust": "number", "steering": "number"},
     "engine": {"vessel": "text", "runs": "yes or no"},
     "line": {"vessel": "text", "length": "number"},
-    "branch": {"time": "number", "settings": "texts"},
+    "branch": {"time": "number", "recording": "text or null", "settings": "texts"},
 }
 
 
@@ -96,6 +96,8 @@ def _is_a(kind: str, value: Any) -> bool:
             return _is_number(value)
         case "number or null":
             return value is None or _is_number(value)
+        case "text or null":
+            return value is None or _is_text(value)
         case "yes or no":
             return isinstance(value, bool)
         case "texts":

@@ -25,8 +25,7 @@ class History:
     def take(self, state: Mapping[str, Any]) -> dict[str, Any] | None:
         """Keep a state's row if it is due, and return it; None if it is not."""
         time = state["time"]
-        while self.rows and self.rows[-1]["time"] > time:
-            self.rows.pop()  # the run went back
+        self.forget_after(time)
         if self.rows and time - self.rows[-1]["time"] < self._between - 1e-9:
             return None
         row = {
@@ -43,6 +42,11 @@ class History:
             self._between *= 2.0
         return row
 
+    def forget_after(self, time: float) -> None:
+        """Drop the rows after `time` [s]: the run goes back there, or goes on otherwise from there."""
+        while self.rows and self.rows[-1]["time"] > time:
+            self.rows.pop()
+
 
 class Album:
     """States of a run as texts, from which a page picks the one nearest to a moment."""
@@ -55,9 +59,7 @@ class Album:
 
     def take(self, time: float, text: str) -> None:
         """Keep the state at `time` [s] if it is due."""
-        while self._times and self._times[-1] > time:  # the run went back
-            self._times.pop()
-            self._letters -= len(self._texts.pop())
+        self.forget_after(time)
         if self._times and time - self._times[-1] < self._between - 1e-9:
             return
         self._times.append(time)
@@ -67,6 +69,12 @@ class Album:
             self._times, self._texts = self._times[::2], self._texts[::2]
             self._letters = sum(map(len, self._texts))
             self._between *= 2.0
+
+    def forget_after(self, time: float) -> None:
+        """Drop the states after `time` [s], as `History.forget_after` does."""
+        while self._times and self._times[-1] > time:
+            self._times.pop()
+            self._letters -= len(self._texts.pop())
 
     def nearest(self, time: float) -> str | None:
         """Return the state nearest to `time` [s]; None if there is none."""

@@ -16,6 +16,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from recordings.frame import ORDER_SOURCES
 from scenarios.conduct.access import Role
 from scenarios.conduct.commands import Command
 from scenarios.conduct.conducted_run import Errand, start_run
@@ -43,9 +44,8 @@ class Session:
         self._inbox: Inbox | None = None
         self._waiting = 0
         self._is_closing = False
-        self._pieces: list[
-            tuple[Path, float]
-        ] = []  # recordings of the run so far, and the times [s] from which each goes on
+        self._turning = asyncio.Lock()  # held while the run ends for a branch or a debrief
+        self._pieces: dict[str, Errand] = {}  # all runs so far, by the names of their recordings
         self.run_number = 0  # counts branches
         self.phase = "building"
         self.reason = ""
@@ -95,9 +95,11 @@ class Session:
             raise refused(command.verb, f"is not for {role.name}, allowed: for the instructor")
         match command.verb:
             case "branch":
-                return await self._branch(float(entries["time"]), tuple(entries["settings"]))
+                async with self._turning:
+                    return await self._branch(float(entries["time"]), entries["recording"], tuple(entries["settings"]))
             case "debrief":
-                return await self._debrief()
+                async with self._turning:
+                    return await self._debrief()
             case "pace":
                 value = entries["value"]
                 return await self._ask("pace", "inf" if value is None else repr(float(value)))
@@ -150,27 +152,23 @@ class Session:
             self._waiting -= 1
         return f"{answer.text} at {answer.time:.1f} s"
 
-    async def _branch(self, time: float, settings: tuple[str, ...]) -> str:
-        """End the run, and go on from a moment of it in a new recording."""
-        if self.state is None or not 0.0 <= time <= self.state["time"]:
-            now = 0.0 if self.state is None else self.state["time"]
-            raise refused("time", f"is {time:g} s, allowed: 0 to {now:g} s")
-        if self.phase == "running":
-            await self._ask("end")
-        await self._ended()
-        while len(self._pieces) > 1 and self._pieces[-1][1] >= time:  # its first moment is kept by the piece before
-            self._pieces.pop()
-        source = self._pieces[-1][0]
-        errand = replace(self._errand, source=source, at=time, settings=settings, record=_free(source, time))
+    async def _branch(self, time: float, marked: str | None, settings: tuple[str, ...]) -> str:
+        """End the run, and go on from its moment at `time` [s] in a new recording, or from the mark there in the recording `marked`."""
+        source = self._piece_at(time) if marked is None else self._piece_of_mark(time, marked)
+        await self._end("branch")
+        parting = self._parting(source, time)
+        self.history.forget_after(parting)
+        self.album.forget_after(parting)
+        errand = replace(
+            self._errand, source=source.record, at=time, settings=settings, record=self._free(source.record, time)
+        )
         self._launch(errand)
         self._say(f"goes back to {time:.1f} s, and on in {errand.record.name}", source="console")
         return f"goes back to {time:.1f} s"
 
     async def _debrief(self) -> str:
         """End the run, and write the debrief of its recording."""
-        if self.phase == "running":
-            await self._ask("end")
-        await self._ended()
+        await self._end("debrief")
         from scenarios.debrief.page import write_debrief
 
         recording = self.recording
@@ -180,8 +178,54 @@ class Session:
         self._changed()
         return recording.stem
 
-    async def _ended(self) -> None:
-        """Wait until the process of the run has ended."""
+    def _piece_at(self, time: float) -> Errand:
+        """Return the piece of the present run that holds its moment at `time` [s]; ScenarioError for a moment that has not been."""
+        if self.state is None or not 0.0 <= time <= self.state["time"]:
+            now = 0.0 if self.state is None else self.state["time"]
+            raise refused("time", f"is {time:g} s, allowed: 0 to {now:g} s")
+        pieces = self._lineage(self._pieces[self.recording.name])
+        while len(pieces) > 1 and pieces[-1].at >= time:  # its first moment is kept by the piece before
+            pieces.pop()
+        return pieces[-1]
+
+    def _piece_of_mark(self, time: float, recording: str) -> Errand:
+        """Return the piece that a mark was set in, which may be none of the present run's; ScenarioError for a mark that is not known."""
+        if not any((mark["recording"], mark["time"]) == (recording, time) for mark in self.marks):
+            known = ", ".join(f"{mark['time']:g} s in {mark['recording']}" for mark in self.marks) or "none"
+            raise refused("the mark", f"is at {time:g} s in {recording}, allowed: {known}")
+        return self._pieces[recording]
+
+    def _lineage(self, piece: Errand) -> list[Errand]:
+        """Return the pieces of the run that ends with this one, from its start."""
+        pieces = [piece]
+        while (source := pieces[0].source) is not None and source.name in self._pieces:
+            pieces.insert(0, self._pieces[source.name])
+        return pieces
+
+    def _free(self, source: Path, time: float) -> Path:
+        """Choose a free name for the recording of a branch, beside its source; that of a branch that failed stays its own."""
+        stem = source.stem.partition("-from-")[0]
+        names = (
+            source.with_name(f"{stem}-from-{time:g}s{suffix}.rrd")
+            for suffix in itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
+        )
+        taken = self._pieces.keys()
+        return next(
+            name for name in names if not (name.name in taken or name.exists() or checkpoint_folder(name).exists())
+        )
+
+    def _parting(self, source: Errand, time: float) -> float:
+        """Return the time [s] until which the present run has the same past as one that goes on at `time` [s] in the piece `source`."""
+        present, other = self._lineage(self._pieces[self.recording.name]), self._lineage(source)
+        shared = sum(one is two for one, two in zip(present, other, strict=False))
+        return min([time, *(piece.at for piece in (*present[shared:], *other[shared:]))])
+
+    async def _end(self, verb: str) -> None:
+        """End the run for a command, and wait until its process has ended; ScenarioError for a run that has not begun."""
+        if self.phase == "building":
+            raise refused(verb, "cannot be done: the run is building")
+        if self.phase == "running":
+            await self._ask("end")
         if self._process is not None:
             await asyncio.to_thread(self._process.join, LAST_WORDS)
             if self._process.is_alive():
@@ -190,7 +234,7 @@ class Session:
     def _launch(self, errand: Errand) -> None:
         self.run_number += 1
         self.phase, self.reason, self.recording = "building", "", errand.record
-        self._pieces.append((errand.record, errand.at))
+        self._pieces[errand.record.name] = errand
         self._process, pipe = start_run(errand)
         self._inbox = self._listen(pipe, self.run_number)
         self._changed()
@@ -229,7 +273,7 @@ class Session:
     def _add(self, line: dict[str, Any]) -> None:
         self.line_count += 1
         bearing = 0.0 if self.scene is None else self.scene["bearing"]
-        words = order_in_words(line["text"], bearing) if line["source"] == "instructor" else line["text"]
+        words = order_in_words(line["text"], bearing) if line["source"] in ORDER_SOURCES else line["text"]
         self.lines.append(line | {"number": self.line_count, "words": words})
         if line.get("mark"):
             self.marks.append({"name": line["mark"], "time": line["time"], "recording": self.recording.name})
@@ -244,13 +288,3 @@ class Session:
 def refused(place: str, text: str) -> ScenarioError:
     """Return the refusal of a command, at a place."""
     return ScenarioError([Problem(place, text)], "oilsim")
-
-
-def _free(source: Path, time: float) -> Path:
-    """Choose a free name for the recording of a branch, beside its source."""
-    stem = source.stem.partition("-from-")[0]
-    names = (
-        source.with_name(f"{stem}-from-{time:g}s{suffix}.rrd")
-        for suffix in itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
-    )
-    return next(name for name in names if not name.exists() and not checkpoint_folder(name).exists())

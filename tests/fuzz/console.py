@@ -118,10 +118,18 @@ def command_of_others(one: Console, random: Random) -> str:
         "thrust": 1.0,
     }
     wanted = {
-        "pace": ["value"], "mark": ["name"], "order": ["settings"], "tow": ["speed", "heading"], "branch": ["time", "settings"],
+        "pace": ["value"], "mark": ["name"], "order": ["settings"], "tow": ["speed", "heading"],
+        "branch": ["time", "recording", "settings"],
         "steer": ["vessel", "speed", "heading", "keeps_line"], "engine": ["vessel", "runs"], "levers": ["vessel", "thrust", "steering"],
     }  # fmt: skip
-    entries |= {"value": 5.0, "name": "mine", "settings": ["tow.speed=0.1"], "time": 0.0, "steering": 1.0}
+    entries |= {
+        "value": 5.0,
+        "name": "mine",
+        "settings": ["tow.speed=0.1"],
+        "time": 0.0,
+        "recording": None,
+        "steering": 1.0,
+    }
     verb = random.choice(VERBS)
     with one.socket() as page:
         page.send(json.dumps({"token": one.token(role)}))

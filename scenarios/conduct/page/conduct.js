@@ -1,5 +1,5 @@
 // The console's page: it shows what the server tells, and gives the orders of its role.
-import { buildControls, showInjects, showMarks, showVessels } from "./controls.js";
+import { branch, buildControls, showInjects, showMarks, showVessels } from "./controls.js";
 import { Charts, showGauges } from "./gauges.js";
 import { Debriefs } from "./debrief.js";
 import { Link } from "./link.js";
@@ -159,7 +159,7 @@ async function debrief() {
 
 async function openDebriefs(names) {
   const isInstructor = conduct.hello.role === "instructor" && conduct.state?.tow;
-  const tries = isInstructor ? [{ time: 0, name: "the start" }, ...conduct.session.marks] : [];
+  const tries = isInstructor ? [{ time: 0, recording: null, name: "the start" }, ...conduct.session.marks] : [];
   try {
     await debriefs.show(names, tries, whatIf);
   } catch (error) {
@@ -169,11 +169,11 @@ async function openDebriefs(names) {
   notice("");
 }
 
-// Runs again from a moment [s], with a slower tow [kn], as fast as it can to the same end, and shows both debriefs.
-async function whatIf(time, less) {
-  const end = conduct.state.time, run = conduct.session.run, speed = conduct.state.tow.speed;
-  notice(`Runs again from ${clock(time)} to ${clock(end)}, ${less} kn slower …`, false, 0);
-  const told = await link.give("branch", { time, settings: [`tow.speed=${Math.max(0, speed - less * KNOT)}`] });
+// Runs again from the start or a mark, with a slower tow [kn], as fast as it can to the same end, and shows both debriefs.
+async function whatIf(moment, less) {
+  const end = conduct.state.time, run = conduct.session.run;
+  notice(`Runs again from ${clock(moment.time)} to ${clock(end)}, ${less} kn slower …`, false, 0);
+  const told = await branch(link, moment, less);
   if (!told.told) return;
   await until(() => conduct.session.run > run && (conduct.session.phase === "failed" || (conduct.session.phase === "running" && conduct.state.paused)));
   if (conduct.session.phase === "failed") return; // the page shows the reason

@@ -45,7 +45,7 @@ function instructor(place, hello, scene, link) {
   const free = group(place, "Any order", `<div class="row"><label class="wide">KEY=VALUE, several with a space between<input id="free" type="text" placeholder="emitters.leak.speed=0"></label><button>Order</button></div>`);
   when(free, "button", () => link.give("order", { settings: document.getElementById("free").value.split(/\s+(?=[\w.]+=)/).filter(Boolean) }));
   group(place, "Marks and branches", `<ul class="marks" id="marks"></ul><div class="row">${number("back-time", "Go back to", "s", 0.1, 0, 1e6)}${number("back-less", "Tow slower by", "kn", 0.05, 0, 5)}<button id="back">Branch</button></div>`);
-  document.getElementById("back").addEventListener("click", () => branch(link, value("back-time"), value("back-less") || 0));
+  document.getElementById("back").addEventListener("click", () => branch(link, { time: value("back-time"), recording: null }, value("back-less") || 0));
   const links = Object.entries(hello.links).filter(([name]) => name !== "instructor").map(([name, token]) => `<label>${escape(name)}</label><code>${location.origin}/#${escape(token)}</code>`);
   group(place, "Addresses of the other pages", `<div class="links">${links.join("")}</div>`);
 }
@@ -80,10 +80,24 @@ function releaseControls(place, scene, link) {
   });
 }
 
-export function branch(link, time, less) {
+let isBranching = false; // until the console has answered
+
+// Goes back to a mark, or to another moment with the recording null, and tows slower [kn] from there.
+export async function branch(link, { time, recording }, less) {
   const speed = window.conduct.state?.tow?.speed;
   const settings = less > 0 && speed != null ? [`tow.speed=${Math.max(0, speed - less * KNOT)}`] : [];
-  return link.give("branch", { time, settings });
+  isBranching = true;
+  allowBranches();
+  const answer = await link.give("branch", { time, recording, settings });
+  isBranching = false;
+  allowBranches();
+  return answer;
+}
+
+// A second branch is possible only once the first one runs.
+function allowBranches() {
+  const box = document.getElementById("marks")?.closest("fieldset");
+  if (box) box.disabled = isBranching || window.conduct.session.phase === "building";
 }
 
 function vesselControls(place, vessel, scene, link) {
@@ -204,5 +218,6 @@ export function showMarks(session, link) {
   const place = document.getElementById("marks");
   if (!place) return;
   place.innerHTML = session.marks.map((mark, index) => `<li><span>${clock(mark.time)} ${escape(mark.name)}</span><button data-mark="${index}">Go back</button></li>`).join("") || "<li class='quiet'>No marks yet: the key M sets one.</li>";
-  place.querySelectorAll("button").forEach((one) => one.addEventListener("click", () => link.give("branch", { time: session.marks[Number(one.dataset.mark)].time, settings: [] })));
+  place.querySelectorAll("button").forEach((one) => one.addEventListener("click", () => branch(link, session.marks[Number(one.dataset.mark)], 0)));
+  allowBranches();
 }

@@ -31,11 +31,11 @@ export class Debriefs {
   }
 
   whatIf(tries, tryAgain) {
-    const options = tries.map((one) => element("option", { value: one.time, textContent: `${clock(one.time)} ${one.name}` }));
+    const options = tries.map((one) => element("option", { textContent: `${clock(one.time)} ${one.name}` }));
     const from = element("select", { id: "what-if-from" }, ...options);
     const less = element("input", { id: "what-if-less", type: "number", min: 0, max: 5, step: 0.05, value: 0.1 });
     const button = element("button", { className: "main", textContent: "Try" });
-    button.addEventListener("click", () => { button.disabled = true; tryAgain(Number(from.value), less.valueAsNumber || 0); });
+    button.addEventListener("click", () => { button.disabled = true; tryAgain(tries[from.selectedIndex], less.valueAsNumber || 0); });
     return [element("label", {}, "What if, from ", from), element("label", {}, " the tow had been slower by ", less, " kn"), button];
   }
 }

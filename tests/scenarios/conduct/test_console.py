@@ -157,7 +157,9 @@ def test_a_branch_from_a_mark_and_the_run_is_made_again_bit_for_bit(served: Cons
         page.give("pace", value=None)
         page.give("go-on")
         page.hear(lambda one: one.state["time"] > mark["time"] + 0.5)
-        assert page.give("branch", time=mark["time"], settings=["tow.speed=0.2"])["told"].startswith("goes back")
+        assert page.give("branch", time=mark["time"], recording=mark["recording"], settings=["tow.speed=0.2"])[
+            "told"
+        ].startswith("goes back")
         page.hear(lambda one: one.told["session"]["run"] == 2 and one.state["time"] <= mark["time"] + 0.2)
         assert page.state["paused"]
         page.give("go-on")

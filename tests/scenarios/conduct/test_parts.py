@@ -132,6 +132,18 @@ def test_album_finds_the_nearest_moment_and_stays_small() -> None:
     assert album.nearest(1e6) in ("again", "96")
 
 
+def test_what_a_run_does_not_share_with_the_one_before_is_forgotten() -> None:
+    history, album = History(), Album()
+    for number in range(20):
+        history.take({"time": float(number), "vessels": {}, "booms": {}})
+        album.take(float(number), str(number))
+    history.forget_after(6.0)
+    album.forget_after(6.0)
+    history.take({"time": 10.0, "vessels": {}, "booms": {}})
+    assert [row["time"] for row in history.rows] == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 10.0]
+    assert album.nearest(9.0) == "6"
+
+
 def test_spots_of_particles_have_their_volume() -> None:
     places = np.random.default_rng(1).uniform(-50.0, 50.0, (60_000, 2))
     spots = spots_of_particles(places, 1e-3, 0.2, LOST)
