@@ -70,3 +70,4 @@ def test_a_step_that_was_not_waited_for_is_not_owed_at_the_next_pause(desk: Orde
         finally:
             requests.ask(signal.SIGTERM)
             attending.join(10.0)
+            loop.simulation.terminate("the test is over")
