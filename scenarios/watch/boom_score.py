@@ -337,8 +337,8 @@ class BoomScore:
 
     @property
     def retained_share(self) -> float | None:
-        """Share [-] of all oil that the boom has met that it has not lost; None before it has met any."""
-        return 1.0 - self.report.lost / self._met if self.report is not None and self._met > 0.0 else None
+        """Share [-] of all oil that the boom has met that it has not lost, without round-off; None before it has met any."""
+        return round(1.0 - self.report.lost / self._met, 12) if self.report is not None and self._met > 0.0 else None
 
     def save_state(self) -> dict[str, Any]:
         """Return the account as it stands, as plain data."""
