@@ -89,6 +89,11 @@ class Slick:
         self._slack = np.ones(2 * len(self.barriers))  # [-] of each pool, see `slacken`
         self.pools = self._measure(np.zeros((len(self.barriers), 2)))
 
+    @property
+    def slack(self) -> Array:
+        """How far the water has run back (P,) [-] from each pool's segment; 1: so far that the boom lets the oil go, see `slacken`."""
+        return self._slack
+
     def release(
         self, oil: Oil, volume: float, *, count: int, center: tuple[float, float], radius: float, age: float = 0.0
     ) -> None:

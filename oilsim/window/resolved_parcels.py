@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import first_crossings, moving_sweep
-from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.openings import lose_through_openings
-from oilsim.slick.parcels import NONE, Parcels, Rows
+from oilsim.slick.parcels import NONE, Rows
 from oilsim.slick.slick import Slick
 
 Array = NDArray[np.float64]
@@ -78,7 +78,7 @@ def follow_particles(
     free = met.segment < 0
     lose_through_openings(parcels, barriers, losses, rows[free], target[free])
     parcels.put_position(rows[~back], target[~back])
-    _join_pools(parcels, rows[~back], barriers, slick.pools, relative)
+    _join_pools(slick, rows[~back])
     return rows[back]
 
 
@@ -89,8 +89,9 @@ def _causes(edge: Array, height: Array, barriers: Barriers, segment: Rows) -> Ro
     return np.asarray(np.where(height < foot, int(LossCause.DRAINAGE), between))
 
 
-def _join_pools(parcels: Parcels, rows: Rows, barriers: Barriers, pools: Pools, relative: Array) -> None:
-    """Give what is not lost to the pool of the nearest segment, if the water presses it there and the pool reaches as far."""
+def _join_pools(slick: Slick, rows: Rows) -> None:
+    """Give what is not lost to the pool of the nearest segment, if that holds oil now, as in waves, and reaches as far."""
+    parcels, barriers = slick.parcels, slick.barriers
     parcels.detach(rows)
     own = rows[parcels.cause[rows] == NONE]
     booms = np.flatnonzero(barriers.is_boom & barriers.is_there)
@@ -104,10 +105,10 @@ def _join_pools(parcels: Parcels, rows: Rows, barriers: Barriers, pools: Pools, 
     segment = booms[near]
     normal = barriers.normals()[segment]
     side = np.where(np.einsum("mk,mk->m", parcels.position[own] - barriers.start[segment], normal) >= 0.0, 1, -1)
-    pressed = side * np.einsum("mk,mk->m", relative[segment], normal) < 0.0
-    reach = np.maximum(pools.reach[2 * segment + (side < 0)], NEAREST * barriers.draft[segment])
+    pool = 2 * segment + (side < 0)
+    reach = np.maximum(slick.pools.reach[pool], NEAREST * barriers.draft[segment])
     away = distance[all_rows, near]
-    chosen = pressed & (away <= reach)
+    chosen = (slick.slack[pool] < 1.0) & (away <= reach)
     rows, segment = own[chosen], segment[chosen]
     parcels.place[rows], parcels.side[rows] = segment, side[chosen]
     parcels.along[rows], parcels.ahead[rows] = along[all_rows, near][chosen], away[chosen]

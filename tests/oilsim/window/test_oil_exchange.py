@@ -12,7 +12,7 @@ from oilsim.slick.barriers import Boom, Immersion
 from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.parcels import ParcelState
 from oilsim.window.oil_exchange import BESIDE, OilExchange
-from oilsim.window.resolved_parcels import CoarseSkirts
+from oilsim.window.resolved_parcels import CoarseSkirts, follow_particles
 from oilsim.window.window import Window
 from tests.oilsim.window.meeting import CURRENT, OIL, PARTICLE, SPACING, WATER, Meeting
 
@@ -113,6 +113,24 @@ def test_particles_that_pass_where_a_boom_has_parted_are_lost_through_the_joint(
     through = LossCause.THROUGH
     carried = case.slick.losses.carried[through].sum()
     assert 0.1 < carried <= case.slick.losses.gone[through].sum() <= 0.6
+
+
+def test_particles_before_a_boom_stay_held_while_a_wave_carries_the_water_back(meet: Callable[..., Meeting]) -> None:
+    """Until it has run back by three drafts; what the boom holds is the same in the account and in its pools."""
+    case = meet((Boom(name="pocket", nodes=NODES, draft=0.6),), current=STREAM)
+    case.slick.release(OIL, 0.6, count=200, center=(-0.6, 0.0), radius=0.4)
+    for _ in range(8):
+        case.step()
+    parcels = case.slick.parcels
+    rows = np.flatnonzero((parcels.state == ParcelState.RESOLVED) & (parcels.place >= 0))
+    assert len(rows) > 3
+    at, height = parcels.position[rows], np.zeros(len(rows))
+    back = np.tile([-0.3, 0.0], (len(case.slick.barriers), 1))  # while the stream runs to +x
+    follow_particles(case.slick, rows, at, height, back)
+    assert (parcels.place[rows] >= 0).all()
+    case.slick.slack[:] = 1.0
+    follow_particles(case.slick, rows, at, height, back)
+    assert (parcels.place[rows] < 0).all()
 
 
 def test_a_restored_exchange_repeats_its_steps(meet: Callable[..., Meeting]) -> None:
