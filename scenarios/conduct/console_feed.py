@@ -40,7 +40,7 @@ class ConsoleFeed:
         self._sender.send(scene_of(self._assembly))
 
     def step_completed(self, frame: Frame) -> None:
-        """Send the state, if the last one was sent long enough ago."""
+        """Send the state if the last one was sent long enough ago, and after each step of a run that pauses."""
         if self._frame is None:
             self._scenario = self._plan.scenario_at(frame.index)
         self._frame = frame
@@ -48,7 +48,7 @@ class ConsoleFeed:
         self._marks.append((now, frame.time))
         while len(self._marks) > 2 and now - self._marks[0][0] > MEMORY:
             self._marks.popleft()
-        if now - self._sent >= BETWEEN and self._sender.is_idle:
+        if self._is_paused or (now - self._sent >= BETWEEN and self._sender.is_idle):
             self._show(frame)
 
     def event(self, event: Event) -> None:

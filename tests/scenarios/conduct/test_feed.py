@@ -28,8 +28,8 @@ orders = ["booms.main.parted=[4]", "sea.wind={kind='steady', speed=7.0, directio
 """
 
 
-def heard(run: ScenarioRun, seconds: float) -> list[dict[str, Any]]:
-    """Run, and return what its console hears."""
+def heard(run: ScenarioRun, seconds: float, *, paused: bool = False) -> list[dict[str, Any]]:
+    """Run, and return what its console hears until it knows the state at the end; a run that pauses tells it before it ends."""
     reader, writer = Pipe(duplex=False)
     sender, messages = LatestSender(writer), list[dict[str, Any]]()
 
@@ -39,8 +39,11 @@ def heard(run: ScenarioRun, seconds: float) -> list[dict[str, Any]]:
 
     reading = threading.Thread(target=read)
     reading.start()
-    run.watch(ConsoleFeed(run.assembly, Plan(scenario=run.scenario), Pace(float("inf")), sender, paused=False))
+    run.watch(ConsoleFeed(run.assembly, Plan(scenario=run.scenario), Pace(float("inf")), sender, paused=paused))
     run.run(seconds)
+    if paused:
+        reading.join(10.0)
+        assert not reading.is_alive()
     run.close()  # the last state is shown at the end
     sender.close(10.0)
     reading.join(10.0)
@@ -56,3 +59,10 @@ def test_what_injects_order_is_shown(scenario_run: type[ScenarioRun]) -> None:
     assert state["booms"]["main"]["parted"] == [4]
     assert state["weather"]["wind"] == {"speed": 7.0, "direction": 0.0}
     assert state["given"] == ["quits", "parts"]
+
+
+def test_each_step_of_a_run_that_pauses_is_shown(scenario_run: type[ScenarioRun]) -> None:
+    """However soon after the last one: nothing comes after it that would show it."""
+    text = small_tow(duration=9.0, communication_step=0.1, frame_rate=10)
+    messages = heard(scenario_run(scenario_from(tomllib.loads(text))), 0.3, paused=True)
+    assert messages[-1]["time"] > 0.3 - 1e-6 and messages[-1]["paused"]
