@@ -142,6 +142,8 @@ class ScenarioRun:
         if self._loop is not None:
             self._loop.simulation.terminate()
         elif self._assembly is not None:
+            for participant in self._assembly.participants:
+                participant.terminate()
             self._assembly.fluid.close()
 
     def _begun(self, restart: Restart | None = None) -> RunLoop:

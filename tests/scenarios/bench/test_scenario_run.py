@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pybullet
 import pytest
 
 from coupling.testing import CheckFailed, assert_restarts_exactly, assert_same_on_threads
@@ -24,3 +25,16 @@ def test_state_is_restored_before_the_run_begins(scenario_run: type[ScenarioRun]
     saved = run.save_state()
     with pytest.raises(ValueError, match="restored after the run has begun, or with injects"):
         run.restore_state(saved)
+
+
+def worlds() -> list[int]:
+    """The pybullet clients of this process."""
+    return [client for client in range(64) if pybullet.isConnected(client)]
+
+
+def test_a_run_that_was_only_built_leaves_no_world_behind() -> None:
+    before = worlds()
+    with ScenarioRun("floating-box", demo=True) as run:
+        assert run.assembly.world is not None
+        assert len(worlds()) == len(before) + 1
+    assert worlds() == before
