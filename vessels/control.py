@@ -242,7 +242,10 @@ class VesselControl:
         return thrust
 
     def _bow_correction(self, offset: float, step_size: float) -> float:
-        """Compute the angle [rad], at most 60 degrees, between bow and course (integral line-of-sight guidance)."""
+        """Compute the angle [rad], at most 60 degrees, between bow and course (integral line-of-sight guidance).
+
+        A vessel that goes astern comes nearer to its line with the bow turned away from it.
+        """
         if self.vessel.propulsion.side_thrust > 0.0 or offset == 0.0:
             return 0.0
         state, lookahead = self._state, self.vessel.gains.lookahead or 2.0 * self.vessel.hull.length
@@ -250,7 +253,7 @@ class VesselControl:
         wanted = math.atan((offset + rate * state.lane_integral) / lookahead)
         correction = min(max(wanted, -math.pi / 3.0), math.pi / 3.0)
         state.lane_integral += _integrand(offset, wanted, correction) * math.cos(correction) ** 2 * step_size
-        return correction
+        return math.copysign(1.0, state.ramped_speed) * correction
 
 
 def _integrand(error: float, wanted: float, limited: float) -> float:

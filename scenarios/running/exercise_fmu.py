@@ -132,6 +132,7 @@ class ExerciseParticipant:
             "start_time": self._start_time,
             "simulation": simulation.save_state(),
             "inputs": self._inputs().save_state(),
+            "strength": self._assembly.strength.save_state(),
             **self._assembly.accounts.save_state(),
         }
 
@@ -141,15 +142,22 @@ class ExerciseParticipant:
             raise TypeError(
                 f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
             )
-        if "given" in state or not self._is_begun:
+        if "given" in state or not self._is_begun or self._has_parted_since(state):
             self._begin_anew(state)
         if "given" in state:
             return
         assert self._assembly is not None
         self._start_time = state["start_time"]
+        self._assembly.strength.restore_state(state["strength"])
         self._assembly.accounts.restore_state(state)
         self._inputs().restore_state(state["inputs"])
         self._running().restore_state(state["simulation"])
+
+    def _has_parted_since(self, state: Mapping[str, Any]) -> bool:
+        """Tell whether a joint that held when a state was saved has parted: no world makes one whole again."""
+        assert self._assembly is not None
+        now, before = self._assembly.strength.save_state()["parted"], state["strength"]["parted"]
+        return any(set(joints) - set(before[boom]) for boom, joints in now.items())
 
     def _begin_anew(self, state: Mapping[str, Any]) -> None:
         """Go to a state that was saved before a run, or to the beginning of a run that this instance has not begun."""

@@ -132,6 +132,14 @@ def test_vessel_keeps_its_lane_against_a_steady_side_pull(side_thrust):
     assert sim.velocity[0] == pytest.approx(0.8, abs=0.02)
 
 
+def test_vessel_that_goes_astern_comes_back_to_its_lane():
+    """By its bow, which it turns away from the lane for that; with its bow turned to it, it would run away from it."""
+    leg = CourseLeg(start_time=0.0, speed=-0.5, heading=0.0, through=(0.0, 1.0))
+    sim = PlanarHull(make_vessel(leg)).run(60.0)
+    assert sim.position[0] < -20.0
+    assert sim.position[1] == pytest.approx(1.0, abs=0.1)
+
+
 @pytest.mark.slow
 def test_lane_offset_does_not_depend_on_the_course_direction():
     for heading in (0.0, 0.7, 2.5, -2.0):

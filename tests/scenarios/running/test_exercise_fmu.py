@@ -25,6 +25,7 @@ from fmpy.validation import validate_fmu
 
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.participant import Causality, Status
+from recordings.checkpoint import state_hash
 from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build
@@ -143,6 +144,33 @@ def test_its_state_goes_back_and_into_another_instance(
         for name, value in own_run.items():
             assert float(one.get(name)[0]) == value, name
         one.terminate()
+
+
+def test_its_state_goes_back_to_a_boom_that_was_whole_and_on_to_one_that_has_parted() -> None:
+    """A state from before goes back into the run whose boom broke; one from after goes into another instance."""
+    changes = [
+        "run.detail='none'",
+        "run.communication_step=0.02",
+        "forcing.current.speed=1.0",
+        "booms.main.strength=20.0",
+    ]
+    scenario = load_scenario("u-sweep", overrides=changes).scenario
+    exercise, other = ExerciseParticipant("tow", scenario), ExerciseParticipant("tow", scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    states, ends = [exercise.save_state()], []
+    for step in range(6):
+        assert exercise.do_step(0.02 * step, 0.02).status is Status.OK
+        states.append(exercise.save_state())
+    joints = [len(state["strength"]["parted"]["main"]) for state in states if isinstance(state, dict)]
+    assert joints == sorted(joints) and joints[0] == 0 < joints[4]
+    for one, begin in ((exercise, 0), (other, 4)):
+        one.restore_state(states[begin])
+        for step in range(begin, 6):
+            assert one.do_step(0.02 * step, 0.02).status is Status.OK
+        ends.append(state_hash(one.save_state()))
+        one.terminate()
+    assert ends == [state_hash(states[6])] * 2
 
 
 def test_a_current_set_after_a_state_was_saved_goes_with_it(folder: Path) -> None:
