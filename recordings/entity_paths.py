@@ -38,6 +38,11 @@ def phase(name: str) -> str:
     return _path(FLUID, name)
 
 
+def sizes(particles: str) -> str:
+    """Return the path of the volumes and widths of the parcels at a path; they are logged whenever one changes."""
+    return _path(particles, "sizes")
+
+
 def ids(particles: str) -> str:
     """Return the path of the ids of the particles at a path; they are logged whenever the set of ids changes."""
     return _path(particles, "ids")

@@ -47,16 +47,21 @@ class PhaseFrame:
     Attributes:
         position: (N, 3) float32 [m], a fresh copy that the solver does not write into.
         id: (N,) uint32, the same number for the same particle during the whole run.
+        volume, width: (N,) float32 [m3], [m] of each parcel of oil and of the square that it covers; None of particles, all alike.
 
     Raises ValueError for arrays of other shapes.
     """
 
     position: npt.NDArray[np.float32]
     id: npt.NDArray[np.uint32]
+    volume: npt.NDArray[np.float32] | None = None
+    width: npt.NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         _require_shape("phase position", self.position, (None, 3))
-        _require_shape("phase id", self.id, (len(self.position),))
+        for name in ("id", "volume", "width"):
+            if getattr(self, name) is not None:
+                _require_shape(f"phase {name}", getattr(self, name), (len(self.position),))
 
 
 NO_PARTICLES = PhaseFrame(np.empty((0, 3), np.float32), np.empty(0, np.uint32))

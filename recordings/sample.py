@@ -108,7 +108,8 @@ def take_sample(
 
 
 def _taken(phase: PhaseFrame, precision: float | None) -> PhaseFrame:
-    return PhaseFrame(rounded(phase.position, precision), phase.id.copy())
+    sizes = (None if size is None else size.copy() for size in (phase.volume, phase.width))
+    return PhaseFrame(rounded(phase.position, precision), phase.id.copy(), *sizes)
 
 
 def _lost(frame: Frame, oil: Mapping[str, PhaseFrame]) -> Mapping[str, PhaseFrame] | None:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from recordings import entity_paths
 from recordings.errors import RecordingError
-from recordings.frame import PhaseFrame
+from recordings.frame import PhaseFrame, RunDescription
 from recordings.replay.recording import Replay
 
 AFLOAT = "afloat"  # oil that no boom has lost
@@ -22,6 +22,7 @@ class OilFrame:
 
     position  (N, 3) [m]; id (N,); phase (N,) index into `oil_names`
     cause     (N,) index into ("afloat", *lost_causes)
+    volume    (N,) [m3]; width (N,) [m] of the square that a parcel covers, the spacing of particles
     """
 
     index: int
@@ -30,6 +31,8 @@ class OilFrame:
     id: npt.NDArray[np.uint32]
     phase: npt.NDArray[np.int32]
     cause: npt.NDArray[np.int32]
+    volume: npt.NDArray[np.float64]
+    width: npt.NDArray[np.float64]
 
 
 def oil_names(replay: Replay) -> list[str]:
@@ -69,7 +72,7 @@ def oil_frames(replay: Replay, interval: float | None = None, *, lost_only: bool
     lost = [_by_index(replay, entity_paths.lost(cause), wanted) for cause in replay.lost_causes]
     times = dict(zip(clock.index.tolist(), clock.time.tolist(), strict=True))
     for index in indices:
-        frame = _joined(index, times[index], phases, lost)
+        frame = _joined(index, times[index], phases, lost, replay.run)
         if lost_only:
             frame = _where(frame, frame.cause > 0)
         yield frame
@@ -80,7 +83,7 @@ def _by_index(replay: Replay, path: str, wanted: set[int]) -> dict[int, PhaseFra
 
 
 def _joined(
-    index: int, time: float, phases: list[dict[int, PhaseFrame]], lost: list[dict[int, PhaseFrame]]
+    index: int, time: float, phases: list[dict[int, PhaseFrame]], lost: list[dict[int, PhaseFrame]], run: RunDescription
 ) -> OilFrame:
     """Join the phases of one frame, with the cause of each particle's loss."""
     present = [(number, frames[index]) for number, frames in enumerate(phases) if index in frames]
@@ -96,15 +99,16 @@ def _joined(
         id=ids,
         phase=np.concatenate([np.full(len(frame.id), number, dtype=np.int32) for number, frame in present]),
         cause=cause,
+        volume=_of_each([(frame.volume, len(frame.id)) for _, frame in present], run.particle_volume),
+        width=_of_each([(frame.width, len(frame.id)) for _, frame in present], run.particle_spacing),
     )
+
+
+def _of_each(sizes: list[tuple[npt.NDArray[np.float32] | None, int]], alike: float) -> npt.NDArray[np.float64]:
+    """Join the sizes (N,) of all parcels; those of particles are `alike`."""
+    return np.concatenate([np.full(count, alike) if size is None else size.astype(np.float64) for size, count in sizes])
 
 
 def _where(frame: OilFrame, chosen: npt.NDArray[np.bool_]) -> OilFrame:
-    return OilFrame(
-        index=frame.index,
-        time=frame.time,
-        position=frame.position[chosen],
-        id=frame.id[chosen],
-        phase=frame.phase[chosen],
-        cause=frame.cause[chosen],
-    )
+    columns = ("position", "id", "phase", "cause", "volume", "width")
+    return replace(frame, **{name: getattr(frame, name)[chosen] for name in columns})

@@ -31,14 +31,15 @@ def write_geojson(
     for frame in oil_frames(replay, interval):
         stamp = {"time_s": frame.time, "time": date_at(site, frame.time).isoformat()}
         for cause in range(len(names)):
-            of_cause = frame.position[frame.cause == cause]
+            chosen = frame.cause == cause
+            of_cause = frame.position[chosen]
             if not len(of_cause):
                 continue
-            facts = stamp | {"cause": names[cause], "volume_m3": len(of_cause) * replay.run.particle_volume}
+            facts = stamp | {"cause": names[cause], "volume_m3": float(frame.volume[chosen].sum())}
             if particles:
                 geometry = antimeridian.points(_degrees(site, of_cause))
                 features.append(_feature(geometry, facts | {"kind": "particles"}))
-            outlines = slick_outlines(of_cause[:, :2], replay.run.particle_spacing)
+            outlines = slick_outlines(of_cause[:, :2], frame.width[chosen])
             geometry = antimeridian.polygons([[_degrees(site, ring) for ring in polygon] for polygon in outlines])
             features.append(_feature(geometry, facts | {"kind": "slick"}))
     collection = {"type": "FeatureCollection", "features": features}

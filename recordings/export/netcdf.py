@@ -82,7 +82,7 @@ def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, np
         "longitude": longitude,
         "latitude": latitude,
         "depth": np.maximum(level - position[:, 2].astype(np.float64), 0.0),
-        "mass": _GRAMS * density[phase] * replay.run.particle_volume,
+        "mass": _GRAMS * density[phase] * np.concatenate([frame.volume for frame in frames]),
         "density": density[phase],
         "viscosity": viscosity[phase],
         "age": age,

@@ -247,6 +247,8 @@ class Replay:
         """Yield step, time [s] and particles at an entity path, frame by frame; only at ``indices``, if given."""
         ids = self._ids(path)
         changes = [index for index, _ in ids]
+        sizes = self._sizes(path)
+        resized = [index for index, _ in sizes]
         for _, chunk in self.chunks(f"/{path}"):
             rows = read_rows(chunk, "Points3D:positions")
             if rows is None:
@@ -254,7 +256,8 @@ class Replay:
             for index, time, position in zip(rows.index.tolist(), rows.time.tolist(), rows.split(), strict=True):
                 if indices is None or index in indices:
                     known = bisect_right(changes, index) - 1
-                    yield index, time, PhaseFrame(position.astype(np.float32, copy=False), ids[known][1])
+                    size = sizes[bisect_right(resized, index) - 1][1] if resized and len(position) else ()
+                    yield index, time, PhaseFrame(position.astype(np.float32, copy=False), ids[known][1], *size)
 
     def phase_times(self, name: str) -> Series:
         """Return the steps and times at which a phase's particles were recorded, with their number as value."""
@@ -275,6 +278,16 @@ class Replay:
             rows = zip(part.index.tolist(), part.split(), strict=True)
             changes += [(index, ids_of_ranges(ranges.astype(np.uint32))) for index, ranges in rows]
         return sorted(changes, key=lambda change: change[0])
+
+    def _sizes(self, particles: str) -> list[tuple[int, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]]:
+        """Return volumes and widths of the parcels at a path; each pair holds from its step until the next. None of particles."""
+        path = entity_paths.sizes(particles)
+        found = []
+        for part in self._rows((f"/{path}",), "sizes").get(path, []):
+            for index, values in zip(part.index.tolist(), part.split(), strict=True):
+                volume, width = values.astype(np.float32).reshape(-1, 2).T
+                found.append((index, (volume, width)))
+        return sorted(found, key=lambda change: change[0])
 
     def _phase_descriptions(self) -> tuple[PhaseDescription, ...]:
         """Read the fluids in the order in which they were described."""

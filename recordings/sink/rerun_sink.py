@@ -59,6 +59,7 @@ class RerunWriter:
         self._last_instants: tuple[int, ...] = ()
         self._last_times: list[rr.TimeColumn] = []
         self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
+        self._last_sizes: dict[str, npt.NDArray[np.float32]] = {}
         self._places: dict[str, npt.NDArray[np.float64]] = {}
         self._causes: list[str] = []
         self._surface = SurfaceWriter(self._static, self._columns)
@@ -161,10 +162,27 @@ class RerunWriter:
         if changed:
             values = rr.AnyValues.columns(ranges=np.concatenate(ranges)).partition([len(item) for item in ranges])
             self._columns(entity_paths.ids(path), changed, values)
+        self._write_sizes(path, samples, frames)
         positions = [frame.position for frame in frames]
         together = positions[0] if len(positions) == 1 else np.concatenate(positions)
         column = rr.Points3D.columns(positions=together).partition([len(position) for position in positions])
         self._columns(path, samples, column)
+
+    def _write_sizes(self, path: str, samples: Sequence[Sample], frames: Sequence[PhaseFrame]) -> None:
+        """Write volume and width of each parcel (N, 2), where they have changed; particles have none."""
+        changed, sizes = [], []
+        for sample, frame in zip(samples, frames, strict=True):
+            if frame.volume is None or frame.width is None or not len(frame.id):
+                continue
+            size = np.column_stack((frame.volume, frame.width)).ravel()
+            before = self._last_sizes.get(path)
+            if before is None or not np.array_equal(size, before):
+                self._last_sizes[path] = size
+                changed.append(sample)
+                sizes.append(size)
+        if changed:
+            values = rr.AnyValues.columns(sizes=np.concatenate(sizes)).partition([len(size) for size in sizes])
+            self._columns(entity_paths.sizes(path), changed, values)
 
     def _write_lost(self, samples: Sequence[Sample]) -> None:
         """Write the oil that booms lost, by cause; once a cause has occurred it is always written, even without particles."""

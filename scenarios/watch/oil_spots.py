@@ -8,12 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from oilsim.slick.parcels import Parcels, Rows
     from oilsim.slick.slick import Slick
 
 Spots = NDArray[np.float32]
 
 AFLOAT, HELD, LOST, ASHORE = 0, 1, 2, 3  # [1] fates of spots
 BANKED_UP = 0.01  # [m] thickest that a film is drawn so that it ends at a barrier; all oil above 0.2 mm has one colour
+
+
+def film_thickness(parcels: Parcels, rows: Rows) -> NDArray[np.float64]:
+    """Return the thickness (M,) [m] of the oil at parcels of rows (M,), no less than oil of their volume would have by itself at last."""
+    from oilsim.slick.spreading.fay import final_thickness
+
+    return np.maximum(parcels.thickness[rows], final_thickness(parcels.volume[rows]))
 
 
 def spots_of_slick(slick: Slick) -> Spots:
@@ -24,7 +32,6 @@ def spots_of_slick(slick: Slick) -> Spots:
     """
     from oilsim.slick.crossing import distance_to_barriers
     from oilsim.slick.parcels import ParcelState
-    from oilsim.slick.spreading.fay import final_thickness
 
     fates = {
         ParcelState.AFLOAT: AFLOAT,
@@ -35,7 +42,7 @@ def spots_of_slick(slick: Slick) -> Spots:
     parcels = slick.parcels
     shown = np.flatnonzero(parcels.there())
     volume, place = parcels.volume[shown], parcels.position[shown]
-    thickness = np.maximum(parcels.thickness[shown], final_thickness(volume))
+    thickness = film_thickness(parcels, shown)
     radius = np.sqrt(volume / (np.pi * thickness))
     room = np.maximum(distance_to_barriers(place, slick.barriers), np.sqrt(volume / (np.pi * BANKED_UP)))
     ends = (room < radius) & (parcels.state[shown] != ParcelState.STRANDED)

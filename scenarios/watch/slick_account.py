@@ -14,6 +14,7 @@ from booms.containment import ContainmentReport
 from oilsim.slick.loss_cause import CAUSES
 from oilsim.slick.parcels import ParcelState, sums
 from recordings.frame import PhaseFrame
+from scenarios.watch.oil_spots import film_thickness
 
 if TYPE_CHECKING:
     from coupling.participants.slick import SlickParticipant
@@ -58,7 +59,14 @@ def phase_of(slick: SlickParticipant, level: float, time: float) -> PhaseFrame:
         position[rows] = places
     order = np.argsort(parcels.id, kind="stable")
     shown = order[parcels.there()[order]]
-    return PhaseFrame(position=position[shown], id=parcels.id[shown].astype(np.uint32))
+    volume = parcels.volume[shown]
+    width = np.sqrt(volume / film_thickness(parcels, shown))
+    return PhaseFrame(
+        position=position[shown],
+        id=parcels.id[shown].astype(np.uint32),
+        volume=volume.astype(np.float32),
+        width=width.astype(np.float32),
+    )
 
 
 def lost_parcels(slick: SlickParticipant) -> dict[str, NDArray[np.uint32]]:

@@ -343,3 +343,43 @@ def test_recordings_that_do_not_say_what_is_oil_are_read_by_the_names(
 def test_tracks_of_an_unknown_phase_are_refused(replay: Replay, tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="allowed: oil"):
         write_tables(replay, tmp_path / "none", "csv", tracks=["ole"])
+
+
+def test_parcels_are_exported_with_their_own_volumes(tmp_path: Path, replay: Replay) -> None:
+    """They differ, change and come to an end: each frame has those of its moment."""
+    path, rng = tmp_path / "parcels.rrd", np.random.default_rng(1)
+    volumes = [rng.random(n).astype(np.float32) for n in (50, 50, 40, 60)]
+    volumes.insert(1, volumes[0])
+
+    def parcels(index: int) -> PhaseFrame:
+        count = len(volumes[index])
+        place = np.column_stack([rng.random((count, 2)) * 20.0, np.zeros(count)]).astype(np.float32)
+        ids = np.arange(index // 2, index // 2 + count, dtype=np.uint32)
+        return PhaseFrame(place, ids, volumes[index], np.full(count, 2.0, np.float32))
+
+    with Recorder(path, frame_rate=2.0) as recorder:
+        recorder.initialized(replace(replay.run, meshes={}))
+        for index in range(len(volumes)):
+            found = parcels(index)
+            recorder.step_completed(
+                Frame(
+                    index=index,
+                    time=0.5 * index,
+                    bodies={},
+                    scalars={},
+                    read_phases=lambda one=found: {"oil": one},
+                    read_lost=dict,
+                )
+            )
+    recorded = Replay(path)
+    frames = list(oil_frames(recorded))
+    assert [frame.volume.tolist() for frame in frames] == [one.astype(float).tolist() for one in volumes]
+    write_netcdf(recorded, tmp_path / "oil.nc", SITE)
+    with xarray.open_dataset(tmp_path / "oil.nc", decode_times=False) as data:
+        assert float(data.mass.sum()) == pytest.approx(1e3 * 900.0 * sum(float(one.sum()) for one in volumes), rel=1e-5)
+    write_geojson(recorded, tmp_path / "oil.geojson", SITE)
+    features = json.loads((tmp_path / "oil.geojson").read_text())["features"]
+    slicks = [one["properties"]["volume_m3"] for one in features if one["properties"]["kind"] == "slick"]
+    assert slicks == pytest.approx([float(one.sum()) for one in volumes])
+    areas = [shape(one["geometry"]).area for one in features if one["properties"]["kind"] == "slick"]
+    assert min(areas) > 0.0
