@@ -27,8 +27,8 @@ def film_thickness(parcels: Parcels, rows: Rows) -> NDArray[np.float64]:
 def spots_of_slick(slick: Slick) -> Spots:
     """Return the parcels that are not recovered as spots (N, 5): x, y, radius, thickness [m], fate; area times thickness is the volume.
 
-    No spot is wider than oil of its volume would spread by itself (`final_thickness`). One that floats beside a boom, a hull or a shore
-    ends there, and is so much thicker.
+    No spot is wider than oil of its volume would spread by itself (`final_thickness`). One beside a boom, a hull or a shore ends there,
+    and is so much thicker.
     """
     from oilsim.slick.crossing import distance_to_barriers
     from oilsim.slick.parcels import ParcelState
@@ -45,7 +45,7 @@ def spots_of_slick(slick: Slick) -> Spots:
     thickness = film_thickness(parcels, shown)
     radius = np.sqrt(volume / (np.pi * thickness))
     room = np.maximum(distance_to_barriers(place, slick.barriers), np.sqrt(volume / (np.pi * BANKED_UP)))
-    ends = (room < radius) & (parcels.state[shown] != ParcelState.STRANDED)
+    ends = room < radius
     radius[ends] = room[ends]
     thickness[ends] = volume[ends] / (np.pi * room[ends] ** 2)
     by_state = np.array([fates.get(ParcelState(state), AFLOAT) for state in range(len(ParcelState))])
