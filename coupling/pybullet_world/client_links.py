@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.pybullet_import import pybullet
-from coupling.pybullet_world.links import LinkedBody, LinkKey, LinkSystem, read_links
+from coupling.pybullet_world.links import LinkedBody, LinkKey, LinkSystem, read_links, read_loads
 from coupling.rigid.rigid_state import steady
 
 Array = npt.NDArray[np.float64]
@@ -81,6 +81,7 @@ class ClientLinks:
     def add(self, body: LinkedBody, met: Iterable[LinkKey]) -> None:
         """Add a body, of whose links those of `met` meet the fluid."""
         self._bodies[body.unique_id] = body
+        read_loads(self.client, [body])  # the client may have made steps already
         self._wrenches |= {key: np.zeros(6) for key in met}
         self._observed = None
 
@@ -214,6 +215,7 @@ class ClientLinks:
         """Read how the links move now, and keep what of their accelerations nothing known explains."""
         system, duration = before.system, before.duration
         wrenches = np.array([self._wrenches.get(key, np.zeros(6)) for key in system.keys])
+        read_loads(self.client, self._bodies.values())
         motions = [body.motion() for body in self._bodies.values()]
         self._pose = np.concatenate([np.zeros((0, 7)), *(pose for pose, _ in motions)])
         twists = self._twist = np.concatenate([np.zeros((0, 6)), *(twist for _, twist in motions)])

@@ -4,14 +4,16 @@ Links of one body form a tree (`joint_tree`). Constraints, point to point or fix
 (`joint_constraints`). A motor that keeps its joint's rate, or whose torque follows the load as a servo's does, counts as a rigid joint. A
 motor that was overcome counts as an unknown force until it gives more than it did then; so does a constraint that was at its
 `maxForce`. The first step shows which case holds. A motor that is overcome for the third time yields to loads, because of gains that
-pybullet does not report: it and its body's other motors count as forces until it is switched off. Everything is read from the client
-anew at each step, and nothing in it is changed.
+pybullet does not report: it and its body's other motors count as forces until it is switched off. Nothing in the client is changed, and
+everything is read from it anew at each step. What motors and constraints gave is read right after the step (`read_loads`), because
+`restoreState` of pybullet does not take that back.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +25,6 @@ from coupling.pybullet_world.shape_trial import require_askable
 from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
 
 Array = npt.NDArray[np.float64]
-_Learnt = tuple[dict[str, Array], frozenset[tuple[int, float]]]
 LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
 
 FAR = 1e6  # [m, m/s, rad/s] where numbers mean nothing any more
@@ -34,7 +35,9 @@ BEATEN = (
 )
 SOFT = 3  # times that a motor is overcome, having held, before it is taken for one that yields to all loads, as with a small velocityGain
 STEADY = 0.25  # [rad/s2, m/s2] of a joint up to which its motor is said to keep its rate: what iterations of the engine leave
-OF_MOTORS = ("_rates", "_torques", "_given", "_most", "_beaten", "_yielded", "_way")  # what a body learns of its motors
+LEARNT = (  # what a body learns of its motors and constraints
+    "_rates", "_torques", "_last_torques", "_given", "_most", "_beaten", "_yielded", "_way", "_loads", "_spent",
+)  # fmt: skip
 OF_LINKS = 2  # kind of a body in `getDynamicsInfo`; 1 has maximal coordinates and does not tell its shape, 3 is soft
 KEPT = {pybullet.JOINT_POINT2POINT: False, pybullet.JOINT_FIXED: True}  # constraints known here: do they hold the turn?
 
@@ -66,7 +69,9 @@ class LinkedBody:
         self._joints = [pybullet.getJointInfo(body, n, physicsClientId=client) for n in range(count)]
         self._refuse_planar()
         self._rates = np.full((count, 3), np.nan)
-        self._torques = np.full((count, 3), np.nan)
+        self._torques = np.full((count, 3), np.nan)  # [N, N m] of the motors in the step before the last
+        self._last_torques = np.zeros((count, 3))  # [N, N m] of the motors in the last step
+        self._loads: dict[int, Array] = {}  # [N, N m] of the body's constraints in the last step
         require_askable(client, body)
         self._names, self._shapes = self._told_names(), self._told_shapes()
         self._given = np.full((count, 3), np.inf)  # torques [N, N m] of motors that were overcome
@@ -78,16 +83,14 @@ class LinkedBody:
         self._coordinates: list[tuple[float, ...]] = []  # of the joints at the last reading
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
 
-    def save_state(self) -> _Learnt:
+    def save_state(self) -> dict[str, Any]:
         """Return everything that has been learnt of motors and constraints."""
-        return {name: getattr(self, name).copy() for name in OF_MOTORS}, frozenset(self._spent)
+        return {name: getattr(self, name).copy() for name in LEARNT}
 
-    def restore_state(self, state: _Learnt) -> None:
+    def restore_state(self, state: Mapping[str, Any]) -> None:
         """Go back to a state that `save_state` returned."""
-        motors, spent = state
-        for name, value in motors.items():
-            setattr(self, name, value.copy())
-        self._spent = set(spent)
+        for name in LEARNT:
+            setattr(self, name, state[name].copy())
 
     @property
     def keys(self) -> list[LinkKey]:
@@ -137,10 +140,16 @@ class LinkedBody:
         for a constraint whose limit was never set and which bears far more; beyond 500 N it is not at its limit.
         """
         limit = float(pybullet.getConstraintInfo(constraint, physicsClientId=self._client)[10])
-        load = np.abs(pybullet.getConstraintState(constraint, physicsClientId=self._client))
+        load = np.abs(self._loads.get(constraint, np.zeros(1)))  # a new one has not carried anything yet
         if (np.abs(load - limit) <= SPENT * limit).any():
             self._spent.add((constraint, limit))
         return bool(load.any()) and (constraint, limit) not in self._spent
+
+    def read_loads(self, constraints: Iterable[int]) -> None:
+        """Read what the motors, and these constraints of the body, gave in the client's last step."""
+        client = self._client
+        self._loads = {one: np.array(pybullet.getConstraintState(one, physicsClientId=client)) for one in constraints}
+        self._last_torques = np.array([_triple(state[3]) for state in self._joint_states()]).reshape(-1, 3)
 
     def fastest_change(self, wrenches: Array, gravity: Array, step_size: float) -> float:
         """Return the largest rate change [m/s, rad/s] by wrenches (L, 6) [N, N m] and gravity (3,) [m/s2] in a step without motors."""
@@ -204,6 +213,13 @@ class LinkedBody:
         links = list(range(len(self._joints)))
         return (*base, pybullet.getLinkStates(self.unique_id, links, 1, 1, physicsClientId=self._client))
 
+    def _joint_states(self) -> Sequence[tuple]:
+        """Return pybullet's states of the joints."""
+        if not self._joints:
+            return ()
+        numbers = range(len(self._joints))
+        return tuple(pybullet.getJointStatesMultiDof(self.unique_id, numbers, physicsClientId=self._client))
+
     def _link(
         self, index: int, parent: int, pose: Sequence[float], rotation: Array, twist: Array, joint_point: Sequence[float],
         axes: tuple[Array, Array],
@@ -218,9 +234,8 @@ class LinkedBody:
         """List the joints that a motor held in the last step: at their rates, or with a torque that it could still change."""
         if not self._joints:
             return []
-        numbers = range(len(self._joints))
-        states = pybullet.getJointStatesMultiDof(self.unique_id, numbers, physicsClientId=self._client)
-        rates, torques = (np.array([_triple(state[n]) for state in states]) for n in (1, 3))
+        states, torques = self._joint_states(), self._last_torques
+        rates = np.array([_triple(state[1]) for state in states])
         self._coordinates = [tuple(state[0]) for state in states]
         changes = rates - self._rates
         steady = (np.abs(changes) <= STEADY * step_size).all(axis=1)
@@ -279,6 +294,18 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
     return LinkSystem(keys, pose, twist, inverse_mass, acceleration, np.array(is_free, dtype=bool))
 
 
+def read_loads(client: int, bodies: Iterable[LinkedBody]) -> None:
+    """Let bodies read what their motors and constraints gave in the client's last step; to be called before the client is taken back."""
+    linked = list(bodies)
+    constraints: dict[int, list[int]] = {body.unique_id: [] for body in linked}
+    for identifier in _constraint_ids(client):
+        first, _, _, _, kind, *_ = pybullet.getConstraintInfo(identifier, physicsClientId=client)
+        if first in constraints and kind in KEPT:
+            constraints[first].append(identifier)
+    for body in linked:
+        body.read_loads(constraints[body.unique_id])
+
+
 def _require_body(client: int, body: int) -> None:
     """Check the unique id of a body of links, as `LinkedBody` reads them: TypeError for what is not a number, else ValueError."""
     if not isinstance(body, int | np.integer):
@@ -317,11 +344,16 @@ def _axes(kind: int, axis: Array) -> tuple[Array, Array]:
     return none, none
 
 
+def _constraint_ids(client: int) -> list[int]:
+    """List the unique ids of all constraints of a client."""
+    count = pybullet.getNumConstraints(physicsClientId=client)
+    return [pybullet.getConstraintUniqueId(index, physicsClientId=client) for index in range(count)]
+
+
 def _constraints(client: int, linked: Iterable[LinkedBody], row_of: dict[LinkKey, int]) -> list[PointJoint]:
     """List the constraints among the links, and between them and fixed things."""
     joints, bodies = [], {body.unique_id: body for body in linked}
-    for index in range(pybullet.getNumConstraints(physicsClientId=client)):
-        identifier = pybullet.getConstraintUniqueId(index, physicsClientId=client)
+    for identifier in _constraint_ids(client):
         first, first_link, second, second_link, kind, _, first_point, second_point, *_ = pybullet.getConstraintInfo(
             identifier, physicsClientId=client
         )

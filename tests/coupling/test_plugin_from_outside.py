@@ -114,6 +114,59 @@ def test_bodies_that_collide_in_water_repeat_bit_for_bit_when_taken_back(pybulle
         world.restore_state(saved)
 
 
+def boxes_on_a_motor(client: int) -> list[int]:
+    """Two boxes on one hinge that a motor holds."""
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.15] * 3, physicsClientId=client)
+    body = pybullet.createMultiBody(
+        3.0, shape, basePosition=(-0.2, 0, 0.4), linkMasses=[3.0], linkCollisionShapeIndices=[shape], linkVisualShapeIndices=[-1],
+        linkPositions=[(0.4, 0, 0)], linkOrientations=[(0, 0, 0, 1)], linkInertialFramePositions=[(0, 0, 0)],
+        linkInertialFrameOrientations=[(0, 0, 0, 1)], linkParentIndices=[0], linkJointTypes=[pybullet.JOINT_REVOLUTE],
+        linkJointAxis=[(0, 1, 0)], physicsClientId=client,
+    )  # fmt: skip
+    pybullet.setJointMotorControl2(
+        body, 0, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=500.0, physicsClientId=client
+    )
+    return [body]
+
+
+def boxes_on_a_constraint(client: int) -> list[int]:
+    """Two boxes, one of which is tied to the other at a point between them."""
+    shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.15] * 3, physicsClientId=client)
+    bodies = [
+        pybullet.createMultiBody(3.0, shape, basePosition=(x, 0, 0.4), physicsClientId=client) for x in (-0.2, 0.2)
+    ]
+    pybullet.createConstraint(
+        bodies[0], -1, bodies[1], -1, pybullet.JOINT_POINT2POINT, (0, 0, 0), (0.2, 0, 0), (-0.2, 0, 0), physicsClientId=client
+    )  # fmt: skip
+    return bodies
+
+
+@pytest.mark.parametrize("boxes", [boxes_on_a_motor, boxes_on_a_constraint])
+@pytest.mark.parametrize("steps_before", [0, 3])
+def test_bodies_that_hang_together_repeat_bit_for_bit_from_any_step(
+    pybullet_client: int, boxes: Callable[[int], list[int]], steps_before: int
+) -> None:
+    """What hung together in later steps does not count when the world goes back to before the first one."""
+    bodies = boxes(pybullet_client)
+    world = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.3), bodies)
+    pybullet.resetBaseVelocity(bodies[0], (0, 0, -1), (0, 3, 0), physicsClientId=pybullet_client)
+
+    def wrenches(steps: int) -> np.ndarray:
+        found = []
+        for _ in range(steps):
+            world.step()
+            found.append([world.wrench(body) for body in bodies])
+        return np.array(found)
+
+    wrenches(steps_before)
+    saved, moment = world.save_state(), pybullet.saveState(physicsClientId=pybullet_client)
+    first = wrenches(4)
+    world.restore_state(saved)
+    pybullet.restoreState(moment, physicsClientId=pybullet_client)
+    np.testing.assert_array_equal(wrenches(4), first)
+    assert first.any()
+
+
 def test_a_controllers_force_that_goes_through_zero_is_not_taken_for_damping(pybullet_client: int) -> None:
     body = cube(pybullet_client, 0.8)
     pybullet.resetBaseVelocity(body, (0.5, 0.0, 0.0), physicsClientId=pybullet_client)

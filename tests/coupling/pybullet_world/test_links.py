@@ -6,7 +6,7 @@ import numpy as np
 import pybullet
 import pytest
 
-from coupling.pybullet_world.links import LinkedBody, LinkSystem, read_links
+from coupling.pybullet_world.links import LinkedBody, LinkSystem, read_links, read_loads
 
 GRAVITY = np.array((0.3, -0.5, -9.81))
 STEP = 1e-4
@@ -74,13 +74,19 @@ def push(client: int, system: LinkSystem, wrenches: np.ndarray) -> None:
         pybullet.applyExternalTorque(body, link, wrench[3:].tolist(), world, physicsClientId=client)
 
 
+def step_with(client: int, *linked: LinkedBody) -> None:
+    """Make a step of the client, after which bodies read what their motors and constraints gave in it."""
+    pybullet.stepSimulation(physicsClientId=client)
+    read_loads(client, linked)
+
+
 def measured_and_expected(client: int, linked: list[LinkedBody], step: float = STEP) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations (L, 6) of one step under random wrenches, and what the links' inverse mass makes of them."""
     system = read_links(client, linked, GRAVITY, step)
     wrenches = np.random.default_rng(1).normal(scale=5.0, size=(len(system.keys), 6))
     expected = system.acceleration + (system.inverse_mass @ wrenches.ravel()).reshape(-1, 6)
     push(client, system, wrenches)
-    pybullet.stepSimulation(physicsClientId=client)
+    step_with(client, *linked)
     after = np.concatenate([body.motion()[1] for body in linked])
     return (after - system.twist) / step, expected
 
@@ -130,7 +136,7 @@ def test_forces_reach_links_of_a_fixed_base_that_motors_hold(pybullet_client: in
     linked = LinkedBody(pybullet_client, body)
     for _ in range(3):
         system = read_links(pybullet_client, [linked], GRAVITY, STEP)
-        pybullet.stepSimulation(physicsClientId=pybullet_client)
+        step_with(pybullet_client, linked)
     assert not system.inverse_mass.any()
     assert list(system.is_free) == [False, True, True, True]
 
@@ -150,7 +156,7 @@ def test_a_constraint_on_what_motors_hold_changes_nothing(pybullet_client: int) 
     linked = LinkedBody(pybullet_client, body)
     for _ in range(5):
         system = read_links(pybullet_client, [linked], GRAVITY, STEP)
-        pybullet.stepSimulation(physicsClientId=pybullet_client)
+        step_with(pybullet_client, linked)
     np.testing.assert_allclose(system.inverse_mass, 0.0, atol=1e-12)
 
 
@@ -221,7 +227,7 @@ def test_a_constraint_that_gives_all_it_may_is_a_force(
     for expected in (6, freedoms, freedoms):
         system = read_links(pybullet_client, [linked], GRAVITY, STEP)
         assert np.linalg.matrix_rank(system.inverse_mass, tol=1e-6) == expected
-        pybullet.stepSimulation(physicsClientId=pybullet_client)
+        step_with(pybullet_client, linked)
 
 
 def test_a_motor_that_keeps_its_rate_makes_a_joint_rigid(pybullet_client: int) -> None:
@@ -238,7 +244,7 @@ def test_a_motor_that_keeps_its_rate_makes_a_joint_rigid(pybullet_client: int) -
         system = read_links(pybullet_client, [linked], GRAVITY, step)
         ranks.append(np.linalg.matrix_rank(system.inverse_mass))
         push(pybullet_client, system, np.full((4, 6), 3.0))
-        pybullet.stepSimulation(physicsClientId=pybullet_client)
+        step_with(pybullet_client, linked)
     assert ranks == [9, 6, 6]
     measured, expected = measured_and_expected(pybullet_client, [linked], step)
     np.testing.assert_allclose(measured, expected, atol=2e-2 * np.abs(expected).max())
@@ -253,7 +259,7 @@ def ranks_of(client: int, body: int, steps: int) -> list[int]:
         system = read_links(client, [linked], GRAVITY, step)
         ranks.append(int(np.linalg.matrix_rank(system.inverse_mass)))
         push(client, system, np.full((4, 6), 3.0))
-        pybullet.stepSimulation(physicsClientId=client)
+        step_with(client, linked)
     return ranks
 
 
