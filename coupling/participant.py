@@ -7,6 +7,7 @@ world frame and about the centre of mass; a wrench is the mean over a communicat
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -19,6 +20,9 @@ from coupling.units import Unit, read_unit
 from oilsim.quantity import Quantity
 
 Array = npt.NDArray[np.float64]
+
+# name of an array's element that is a variable of its own as well
+ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")
 
 
 class Causality(Enum):
@@ -190,6 +194,16 @@ def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:
             raise ValueError(f"variable {variable.name!r} is declared twice")
         table[variable.name] = variable
     return table
+
+
+def array_of(name: str, variables: Mapping[str, Variable]) -> str | None:
+    """Return the name of the array that a variable is an element of, as "w" of "w[2]"; None for a variable that is no element.
+
+    A variable of one number is no array, whatever its name.
+    """
+    match = ELEMENT.match(name)
+    array = variables.get(match["name"]) if match else None
+    return array.name if array is not None and array.shape not in ((), (1,)) else None
 
 
 def checked_value(participant: str, variables: Mapping[str, Variable], name: str, value: object) -> Array:

@@ -58,14 +58,14 @@ class FmuParticipant:
         self,
         name: str,
         path: str | Path,
-        start_values: Mapping[str, float | bool] | None = None,
+        start_values: Mapping[str, npt.ArrayLike] | None = None,
         units: Mapping[str, str] | None = None,
     ) -> None:
         """Read the FMU's model description.
 
-        start_values: parameters and initial inputs by name. units: units by the names of variables for which the FMU states none. Raises
-        FileNotFoundError for a missing file, and ValueError, with every problem at once, for a file that is no FMU, has no co-simulation
-        or no binary for this platform.
+        start_values: parameters and initial inputs by name; a number counts for every element of an array. units: units by the names of
+        variables for which the FMU states none. Raises FileNotFoundError for a missing file, and ValueError, with every problem at once,
+        for a file that is no FMU, has no co-simulation or no binary for this platform.
         """
         self._name = name
         self._path = Path(path)
@@ -73,9 +73,7 @@ class FmuParticipant:
         self._members = grouped(self._description)
         self._variables = variables_of(self._description, self._members, units or {})
         self._start_values = {
-            key: checked_value(
-                name, self._variables, key, np.resize(np.asarray(value, dtype=np.float64), self._variables[key].shape)
-            )
+            key: checked_value(name, self._variables, key, _filled(value, self._variables[key].shape))
             for key, value in self._checked_start_values(start_values or {}).items()
         }
         for key, start in self._start_values.items():
@@ -393,7 +391,7 @@ class FmuParticipant:
         numbers: list[float] = value.ravel().tolist()
         return numbers if kind in FLOATS else whole(f"{self._name!r}: {name!r}", kind, numbers)
 
-    def _checked_start_values(self, start_values: Mapping[str, float | bool]) -> Mapping[str, float | bool]:
+    def _checked_start_values(self, start_values: Mapping[str, npt.ArrayLike]) -> Mapping[str, npt.ArrayLike]:
         allowed = [key for key, variable in self._variables.items() if variable.causality is not Causality.OUTPUT]
         problems = [
             f"{self._name!r} has no parameter or input {key!r}, allowed: {', '.join(allowed) or 'none'}"
@@ -403,6 +401,12 @@ class FmuParticipant:
         if problems:
             raise ValueError("; ".join(problems))
         return start_values
+
+
+def _filled(value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return an array of a shape that is full of one number; several numbers, as (2,), stay as they are [any unit]."""
+    numbers = np.asarray(value, dtype=np.float64)
+    return np.full(shape, numbers) if numbers.ndim == 0 else numbers
 
 
 if __name__ == "__main__":  # the rehearsal: NAME FILE

@@ -20,6 +20,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
+import numpy.typing as npt
+
 from coupling.fmu.fmu_participant import Array, FmuParticipant
 from coupling.fmu.temporary_folder import temporary_folder
 from coupling.fmu.trial_process import STOPPING, is_own_process
@@ -53,7 +55,7 @@ class IsolatedFmu:
         self,
         name: str,
         path: str | Path,
-        start_values: Mapping[str, float | bool] | None = None,
+        start_values: Mapping[str, npt.ArrayLike] | None = None,
         units: Mapping[str, str] | None = None,
         *,
         step_patience: float = STEP_PATIENCE,
@@ -228,12 +230,13 @@ Fmu = IsolatedFmu | FmuParticipant
 def fmu(
     name: str,
     path: str | Path,
-    start_values: Mapping[str, float | bool] | None = None,
+    start_values: Mapping[str, npt.ArrayLike] | None = None,
     units: Mapping[str, str] | None = None,
 ) -> Fmu:
     """Create the participant of an FMU: with a process of its own if this Python can start one, else in this process.
 
-    A program that embeds Python cannot start one. Arguments and errors are those of `FmuParticipant`.
+    A program that embeds Python cannot start one. Arguments and errors are those of `FmuParticipant`: a start value is a number, or an
+    array of its variable's shape, as (6,), in its unit, as [N].
     """
     kind = IsolatedFmu if is_own_process() else FmuParticipant
     return kind(name, path, start_values, units)

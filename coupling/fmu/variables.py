@@ -8,16 +8,14 @@ the variable has none, "1".
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from fmpy.model_description import ModelDescription, ModelVariable
 
-from coupling.participant import Causality, Numbers, Variable, variable_table
+from coupling.participant import ELEMENT, Causality, Numbers, Variable, variable_table
 from coupling.units import BASE, Unit, read_unit
 
-ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")
 NUMBERS = {"Real", "Integer", "Enumeration", "Boolean", "Float64", "Float32"} | {
     f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)
 }

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.participant import Array, Causality, Numbers, Participant, Variable
+from coupling.participant import Array, Causality, Numbers, Participant, Variable, array_of
 from coupling.units import Conversion, conversion
 
 _KINDS = {Causality.INPUT: "an input", Causality.OUTPUT: "an output", Causality.PARAMETER: "a parameter"}
@@ -57,7 +57,7 @@ def setup_problems(participants: Sequence[Participant], connections: Sequence[Co
     by_name = {participant.name: participant for participant in participants}
     for connection in connections:
         problems += connection_problems(connection, by_name)
-    problems += _doubly_fed(connections)
+    problems += _doubly_fed(connections, by_name)
     return problems
 
 
@@ -121,13 +121,20 @@ def _find(
     return variable
 
 
-def _doubly_fed(connections: Sequence[Connection]) -> list[str]:
-    """List the inputs that more than one connection feeds."""
+def _doubly_fed(connections: Sequence[Connection], participants: Mapping[str, Participant]) -> list[str]:
+    """List the inputs that more than one connection feeds, an element of an array also as a part of it."""
     feeders: dict[tuple[str, str], list[Connection]] = {}
     for connection in connections:
         feeders.setdefault((connection.target, connection.target_variable), []).append(connection)
-    return [
+    problems = [
         f"the input {target}:{variable} is fed by {len(several)} connections, allowed: one"
         for (target, variable), several in feeders.items()
         if len(several) > 1
     ]
+    for target, variable in feeders:
+        array = array_of(variable, participants[target].variables) if target in participants else None
+        if array is not None and (target, array) in feeders:
+            problems.append(
+                f"the input {target}:{variable} is fed, and so is the array {target}:{array}, allowed: one of them"
+            )
+    return problems

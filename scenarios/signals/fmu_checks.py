@@ -10,7 +10,7 @@ from typing import Any
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.isolated_fmu import Fmu, fmu
 from coupling.master.connection import Connection, connection_problems
-from coupling.participant import Variable
+from coupling.participant import Variable, array_of
 from scenarios.problems import Problem, problems_of, suggestion
 from scenarios.schema.fmu_settings import ORDER_BOARD, PREFIX, READING_BOARD, FmuSettings, connections_of
 from scenarios.signals.signal_participant import signal_variables
@@ -103,7 +103,7 @@ def _doubly_driven(connections: Mapping[str, Connection]) -> Iterator[Problem]:
 
 
 def _doubly_fed(connections: Mapping[str, Connection], loaded: Mapping[str, FmuParticipant]) -> Iterator[Problem]:
-    """Yield inputs of an FMU that are fed by two of their names."""
+    """Yield inputs of an FMU that are fed by two of their names, or as an element of an array that is fed as a whole."""
     fed: dict[tuple[str, str], str] = {}
     for path, connection in connections.items():
         if connection.target in loaded:
@@ -111,6 +111,10 @@ def _doubly_fed(connections: Mapping[str, Connection], loaded: Mapping[str, FmuP
             first = fed.setdefault((connection.target, loaded[connection.target].other_names.get(name, name)), path)
             if first != path:
                 yield Problem(path, f"feeds another name of what {first} feeds already, allowed: one of them")
+    for (target, name), path in fed.items():
+        array = array_of(name, loaded[target].variables)
+        if array is not None and (target, array) in fed:
+            yield Problem(path, f"feeds an element of what {fed[target, array]} feeds, allowed: one of them")
 
 
 def all_are_kept(fmus: Mapping[str, FmuSettings]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import zipfile
@@ -13,6 +14,7 @@ import pytest
 
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.master.co_simulation import CoSimulation
+from coupling.master.connection import Connection, setup_problems
 
 HEADS = {
     2: 'fmiVersion="2.0" modelName="M" guid="g"',
@@ -156,6 +158,39 @@ def test_outputs_of_no_variable_are_named(tmp_path: Path, version: int, variable
     variables = f"{variable}</ModelVariables><ModelStructure>{entry}</ModelStructure><ModelVariables>"
     with pytest.raises(ValueError, match=f"cannot be read: modelDescription.xml has {told} of no variable"):
         FmuParticipant("p", described(tmp_path, version, variables))
+
+
+def inputs(*names: str) -> str:
+    return outputs(*names).replace("output", "input").replace("<Real/>", '<Real start="0"/>')
+
+
+@pytest.mark.parametrize(
+    ("variables", "fed", "problems"),
+    [
+        (["w[1]", "w[2]"], ["w", "w[2]"], ["the input b:w[2] is fed, and so is the array b:w, allowed: one of them"]),
+        (["w[1]", "w[2]"], ["w[1]", "w[2]"], []),
+        (["force", "force[1]", "force[2]"], ["force", "force[1]"], []),
+    ],
+)
+def test_an_array_and_its_element_are_not_fed_both(
+    tmp_path: Path, variables: list[str], fed: list[str], problems: list[str]
+) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    source = FmuParticipant("a", described(tmp_path / "a", 2, outputs(*variables)))
+    target = FmuParticipant("b", described(tmp_path / "b", 2, inputs(*variables)))
+    assert setup_problems([source, target], [Connection("a", name, "b", name) for name in fed]) == problems
+
+
+@pytest.mark.parametrize("value", [[1.0, 2.0, 3.0], [1.0], [[1.0, 2.0]]])
+def test_start_values_of_an_array_have_its_shape(tmp_path: Path, value: list[float]) -> None:
+    """Too many are not cut, and too few are not repeated."""
+    path = described(tmp_path, 2, inputs("w[1]", "w[2]"))
+    told = re.escape(f"'p': variable 'w' has shape {np.shape(value)}, allowed: (2,)")
+    with pytest.raises(ValueError, match=told):
+        FmuParticipant("p", path, {"w": value})
+    FmuParticipant("p", path, {"w": [1.0, 2.0]})
+    FmuParticipant("p", path, {"w": 1.0})
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,10 +26,13 @@ from recordings.checkpoint import state_from_bytes, state_hash, state_to_bytes
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main
 from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
+from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.exercise_fmu import ExerciseParticipant, exercise_content
+from scenarios.schema.fmu_settings import FmuSettings
+from scenarios.signals.fmu_checks import fmu_problems
 from scenarios.signals.signal_table import signals_of
+from tests.coupling.fmu.test_variables import described, inputs, outputs
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "fmus"
 QUICK = ("fluid.particle_spacing=0.16", "run.threads=1", "run.duration=0.4")
@@ -272,6 +276,18 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
     for setting, told in faults.items():
         assert main(["check", str(folder / "winch-tow.toml"), "--set", setting]) == 2, setting
         assert told in capsys.readouterr().err, setting
+
+
+def test_an_array_of_an_fmu_and_its_element_are_not_fed_both(tmp_path: Path) -> None:
+    fmus = {}
+    for name, variables in {"a": outputs("w[1]", "w[2]"), "b": inputs("w[1]", "w[2]")}.items():
+        (tmp_path / name).mkdir()
+        fmus[name] = FmuSettings(file=str(described(tmp_path / name, 2, variables)))
+    fmus["b"] = replace(fmus["b"], inputs={"w[2]": "fmus.a.w[1]", "w": "fmus.a.w"})
+    told = "feeds an element of what fmus.b.inputs.w feeds, allowed: one of them"
+    assert list(fmu_problems(fmus, {})) == [Problem("fmus.b.inputs.w[2]", told)]
+    fmus["b"] = replace(fmus["b"], inputs={"w[2]": "fmus.a.w[1]", "w[1]": "fmus.a.w[2]"})
+    assert not list(fmu_problems(fmus, {}))
 
 
 def test_an_fmu_that_runs_once_in_a_process_is_not_run_twice(
