@@ -181,7 +181,7 @@ class RigidBodyWorld(Rigging):
         """Hold two bodies together at `point` (world frame, [m]), free to turn; with `body_b` None, hold one to the world.
 
         Two joints on a line make a hinge. Jointed bodies do not collide with each other. Raises ValueError for a name in use, an unknown
-        body or another kind.
+        body, one that is held (`hold_until`), or another kind.
         """
         if name in self._joints or name in self._parted:
             raise ValueError(f"rigid bodies: joint {name!r} is added twice, allowed: each name once")
@@ -189,6 +189,11 @@ class RigidBodyWorld(Rigging):
             raise ValueError(f"rigid bodies: joint {name!r} is of the kind {kind!r}, allowed: 'point'")
         first = self._body(body_a)
         second = None if body_b is None else self._body(body_b)
+        for body in (first, second):
+            if body is not None and body.row in self._holds.held:
+                raise ValueError(
+                    f"rigid bodies: joint {name!r} is on {body.name!r}, which is held, allowed: bodies that have been released"
+                )
         first_point = self._own_point(first, point)
         second_point = np.array(point) if second is None else self._own_point(second, point)
         self._joints[name] = self._client.add_joint(

@@ -476,6 +476,14 @@ def test_wrong_descriptions_are_refused(world: RigidBodyWorld) -> None:
         world.add_joint("line", "ship", "hull", (0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match="joint 'line' is of the kind 'rope', allowed: 'point'"):
         world.add_joint("line", "hull", None, (0.0, 0.0, 0.0), kind="rope")  # type: ignore[arg-type]
+    add_box(world, "cradled")
+    world.hold_until("cradled", 1.0)
+    with pytest.raises(ValueError, match="joint 'line' is on 'cradled', which is held, allowed: bodies that have been"):
+        world.add_joint("line", "hull", "cradled", (0.0, 0.0, 0.0))
+    assert world.joint_names == ()
+    world.add_joint("line", "hull", None, (0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="'hull' cannot be held until 1 s, allowed: a free body without joints"):
+        world.hold_until("hull", 1.0)
     with pytest.raises(ValueError, match=r"sub_step is 0\.0 s, allowed: above 0"):
         RigidBodyWorld(sub_step=0.0)
 
