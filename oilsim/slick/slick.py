@@ -91,7 +91,7 @@ class Slick:
 
     @property
     def slack(self) -> Array:
-        """How far the water has run back (P,) [-] from each pool's segment; 1: so far that the boom lets the oil go, see `slacken`."""
+        """Slack (P,) [-] of each pool: the way that the water has run back from its segment; at 1 the boom lets the oil go, see `slacken`."""
         return self._slack
 
     def release(
