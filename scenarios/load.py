@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
@@ -100,11 +100,16 @@ def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict
     if demo and isinstance(data.get("demo"), Mapping):
         data = merged(data, data["demo"])
     problems: list[Problem] = []
-    overrides = tuple(overrides)
-    data = _at_level(data, overrides)
+    changes: list[tuple[tuple[str, ...], Any]] = []
     for override in overrides:
         try:
-            data = with_override(data, *parse_override(override))
+            changes.append(parse_override(override))
+        except ScenarioError as error:
+            problems.extend(error.problems)
+    data = _at_level(data, [value for keys, value in changes if keys == ("level",)])
+    for keys, value in changes:
+        try:
+            data = with_override(data, keys, value)
         except ScenarioError as error:
             problems.extend(error.problems)
     if problems:
@@ -112,10 +117,9 @@ def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict
     return data
 
 
-def _at_level(data: dict[str, Any], overrides: Iterable[str]) -> dict[str, Any]:
-    """Apply the changes of the level that the data or an override names; ScenarioError where the file does not have it."""
-    named = [text.partition("=")[2].strip() for text in overrides if text.partition("=")[0].strip() == "level"]
-    level, levels = (named or [data.get("level", "normal")])[-1], data.get("levels", {})
+def _at_level(data: dict[str, Any], named: Sequence[Any]) -> dict[str, Any]:
+    """Apply the changes of the level that an override, or else the data, names; ScenarioError where the file does not have it."""
+    level, levels = [data.get("level", "normal"), *named][-1], data.get("levels", {})
     if level not in LEVELS or not isinstance(levels, Mapping):
         return data  # a wrong level is found among the fields
     if level not in levels:

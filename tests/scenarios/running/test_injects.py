@@ -168,6 +168,8 @@ def test_levels_change_the_scenario(tmp_path: Path) -> None:
     assert normal.tow is not None and hard.tow is not None
     assert (normal.injects["quits"].at, hard.injects["quits"].at) == (0.2, 0.1)
     assert hard.tow.speed > 3.0 * normal.tow.speed
+    for quoted in ('level="hard"', "level = 'hard'"):
+        assert load_scenario(file, overrides=[quoted]).scenario == hard
     with pytest.raises(ScenarioError, match="level is 'easy', allowed in this scenario: normal, hard"):
         load_scenario(file, overrides=["level=easy"])
     file.write_text(file.read_text().replace("tow.speed_kn = 2.0", "tow.speed_kn = 2000.0"))
