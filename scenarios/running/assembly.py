@@ -62,7 +62,6 @@ if TYPE_CHECKING:
     from coupling.fmu.isolated_fmu import Fmu
     from coupling.participants.slick import SlickParticipant
     from coupling.testkit.fault_plan import FaultPlan
-    from oilsim.sea import Sea
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -264,10 +263,9 @@ def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ..
 
 def _current(simulators: Simulators, vessel: Vessel, time: float) -> NDArray[np.float64]:
     """Return the current (2,) [m/s] that a vessel meets at a time [s]: of the sea at half its draft, or that which drives the liquid."""
-    sea: Sea | None = None if simulators.world is None else getattr(simulators.world.environment, "sea", None)
-    if sea is not None:
+    if simulators.sea is not None:
         middle = np.array([simulators.level - 0.5 * vessel.hull.draft])
-        return np.array(sea.current(middle, time)[0])
+        return np.array(simulators.sea.current(middle, time)[0])
     flow = next((one for one in simulators.fluid.forcings if isinstance(one, Current)), None)
     return np.zeros(2) if flow is None else np.array(flow.velocity[:2], dtype=np.float64)
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from booms.containment import PRACTICE_SPEED
 from booms.deployment import BoomLayout
 from booms.scores import skirt_drag_coefficient, tow_force
@@ -34,7 +36,7 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
         "detail": scenario.run.detail,
         "overrides": " ".join(overrides),
     }
-    camera, exercise = scenario.camera, _describe_exercise(scenario, simulators.fleet, simulators.level)
+    camera, exercise = scenario.camera, _describe_exercise(simulators)
     return RunDescription(
         name=scenario.name,
         text=text,
@@ -112,21 +114,35 @@ def _site(site: SiteSettings) -> Site:
     return Site(latitude=site.latitude, longitude=site.longitude, bearing=math.degrees(site.bearing), start=site.start)
 
 
-def _describe_exercise(scenario: Scenario, fleet: Fleet, water_level: float) -> ExerciseDescription | None:
+def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:
     """Return the facts on the booms that a debrief needs; None without any."""
+    scenario, fleet, water_level = simulators.scenario, simulators.fleet, simulators.level
     if not fleet.booms:
         return None
-    current, wind = (getattr(scenario.forcing, name) for name in ("current", "wind"))
-    flow, blow = ((0.0, 0.0, 0.0) if one is None else horizontal(one.speed, one.direction) for one in (current, wind))
+    current, wind = _current_and_wind(simulators)
     return ExerciseDescription(
         booms=tuple(_describe_boom(name, layout, scenario, water_level) for name, layout in fleet.booms.items()),
-        current=(flow[0], flow[1]),
+        current=current,
         water_level=water_level,
         period=scenario.period,
-        wind=(blow[0], blow[1]),
+        wind=wind,
         wave_period=scenario.wave_period,
         criteria=as_data(scenario.criteria),
     )
+
+
+def _current_and_wind(simulators: Simulators) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the current at the surface and the wind without gusts (x, y) [m/s] at the start: of the sea if there is one, else of [forcing]."""
+    sea, forcing = simulators.sea, simulators.scenario.forcing
+    if sea is not None:
+        flows = sea.current([simulators.level], 0.0)[0], sea.mean_wind(0.0)
+    else:
+        flows = (
+            np.zeros(2) if one is None else horizontal(one.speed, one.direction)[:2]
+            for one in (forcing.current, forcing.wind)
+        )
+    current, wind = ((float(x), float(y)) for x, y in flows)
+    return current, wind
 
 
 def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomDescription:

@@ -31,6 +31,7 @@ from scenarios.setup.solids.thin_bodies import thin_bodies
 if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
     from coupling.participants.slick import SlickParticipant
+    from oilsim.sea import Sea
     from oilsim.window.window import Window
 
 
@@ -69,6 +70,11 @@ class Simulators:
         if not self.windows:
             return self.fluid.phase_positions(phase)
         return np.concatenate([one.phase_places(phase, time) for one in self.windows])
+
+    @property
+    def sea(self) -> Sea | None:
+        """The sea that loads the bodies; None without one."""
+        return None if self.world is None else getattr(self.world.environment, "sea", None)
 
     @property
     def readings(self) -> JointReadings:

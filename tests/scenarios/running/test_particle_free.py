@@ -73,6 +73,20 @@ def test_ordered_wind_carries_the_slick_as_it_loads_the_bodies():
     assert 0.4 < velocity[1] < 0.8
 
 
+def test_description_tells_the_current_and_the_wind_of_the_sea():
+    """A tide of 0.4 m/s and a wind of 8 m/s whose gusts are left out; a tank keeps what its [forcing] says, and so does its sea by formulas."""
+    tide = "sea.current={kind='tide', speed=0.4, direction=0.0, period=44712.0, turn=-11178.0}"
+    exercise = build(load_scenario("sweep-200m", overrides=[tide, "run.seed=3"]).scenario).description.exercise
+    wind = load_scenario("sweep-200m").scenario.sea.wind
+    assert exercise.current == pytest.approx((0.4, 0.0), abs=1e-9)
+    assert exercise.wind == pytest.approx((wind.speed * np.cos(wind.direction), wind.speed * np.sin(wind.direction)))
+    blown = ["forcing.wind={speed=5.0, direction=0.0}", BARE]
+    for changes in (blown, blown[:1]):
+        exercise = build(load_scenario("u-sweep", demo=True, overrides=changes).scenario).description.exercise
+        assert exercise.wind == pytest.approx((5.0, 0.0))
+        assert exercise.current == pytest.approx((-0.3, 0.0))
+
+
 def test_ordered_current_carries_waves_on_from_where_they_are():
     """At the bodies of `sweep-200m`, ten minutes after the start: the surface stays where it is."""
     loaded = load_scenario("sweep-200m").scenario
