@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from recordings.errors import RecordingError
 from scenarios.exit_codes import DONE, FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.run import RunOptions, run_scenario
@@ -80,6 +81,7 @@ def _outcomes(chosen: Sequence[Variant], folder: Path) -> list[Outcome]:
 
 
 def _run(variant: Variant, folder: Path, recorded: bool, console: Console) -> int:
+    """Run a variant, with its messages; one that cannot be built or recorded counts as a failed run."""
     plan = variant.plan
     options = RunOptions(
         record=folder / f"{variant.name}.rrd" if recorded else None,
@@ -87,7 +89,11 @@ def _run(variant: Variant, folder: Path, recorded: bool, console: Console) -> in
         overwrite=True,  # what an earlier sweep has not run to its end
         source=variant.source,
     )
-    return run_scenario(plan.scenario, text=plan.text, overrides=plan.overrides, options=options, console=console)
+    try:
+        return run_scenario(plan.scenario, text=plan.text, overrides=plan.overrides, options=options, console=console)
+    except (ScenarioError, RecordingError) as error:
+        console.print(f"failed: {error}", highlight=False, markup=False)
+        return FAILED
 
 
 def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:

@@ -18,6 +18,7 @@ from scenarios.cli import main
 from scenarios.problems import ScenarioError
 from scenarios.sweeps.results import Outcome, differing
 from scenarios.sweeps.variants import Variation, parse_variation, variants
+from tests.scenarios.small_tow import small_tow
 
 SHORT = ["--set", "fluid.particle_spacing=0.1", "--until", "0.02", "--threads", "1"]
 TWO = ["sweep", "two-layer", *SHORT, "--workers", "1", "--vary", "fluid.maximum_time_step=0.004,0.005"]
@@ -126,6 +127,19 @@ def test_runs_after_a_failed_one_are_made(tmp_path: Path, monkeypatch: pytest.Mo
     first, second = rows(tmp_path)
     assert "the water has gone" in first["ended"] and second["ended"] == "completed"
     assert len(list(tmp_path.glob("*.rrd"))) == 2
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_runs_after_one_that_cannot_be_built_are_made(
+    workers: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "tow.toml"
+    file.write_text(small_tow(duration=0.1, communication_step=0.05, frame_rate=20))
+    asked = ["sweep", str(file), "--vary", "booms.main.length=5,24", "--workers", workers, "--to", str(tmp_path)]
+    assert main(asked) == 1
+    assert "booms.main cannot be laid" in " ".join(capsys.readouterr().err.split())
+    (row,) = rows(tmp_path)
+    assert (row["booms.main.length"], row["ended"]) == ("24", "completed")
 
 
 def test_stop_ends_the_sweep_and_the_next_one_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
