@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.exit_codes import DONE, FAILED
-from scenarios.running.output_paths import require_apart
+from scenarios.problems import Problem, ScenarioError
+from scenarios.running.output_paths import already_there, free_recording, require_apart
 
 if TYPE_CHECKING:
     from recordings.replay.recording import Replay
@@ -24,9 +25,13 @@ def register(commands: argparse._SubParsersAction) -> None:
     )
     showing = parser.add_mutually_exclusive_group()
     showing.add_argument(
-        "--to", type=Path, metavar="BOTH", help="recording to write with both runs (default: A-and-B.rrd)"
+        "--to",
+        type=Path,
+        metavar="BOTH",
+        help="recording to write with both runs (default: A-and-B.rrd, or A-and-B-2.rrd if that is there)",
     )
     showing.add_argument("--table", action="store_true", help="only print the tables")
+    parser.add_argument("--overwrite", action="store_true", help="with --to: replace the file if it is there")
     parser.set_defaults(command=_compare)
 
 
@@ -35,8 +40,9 @@ def _compare(options: argparse.Namespace) -> int:
     from recordings.replay.recording import Replay
     from recordings.sink.viewer import ViewerError, open_viewer
 
-    target = options.to or Path(f"{options.first.stem}-and-{options.second.stem}.rrd")
+    target = options.to or free_recording(f"{options.first.stem}-and-{options.second.stem}")
     require_apart({"A": options.first, "B": options.second}, {"--to": target})
+    _require_new(options)
     first, second = Replay(options.first), Replay(options.second)
     require_apart({"A as repaired": first.path, "B as repaired": second.path}, {"--to": target})
     _print_scores(first, second)
@@ -53,6 +59,15 @@ def _compare(options: argparse.Namespace) -> int:
         print(f"oilsim: {error}")
         return FAILED
     return DONE
+
+
+def _require_new(options: argparse.Namespace) -> None:
+    """Raise ScenarioError unless the file to write is new, or may be replaced."""
+    problems = [] if options.overwrite else already_there({"--to": options.to})
+    if options.overwrite and options.to is None:
+        problems = [Problem("--overwrite", "is given, allowed: only with --to")]
+    if problems:
+        raise ScenarioError(problems, "oilsim")
 
 
 def _print_scores(first: Replay, second: Replay) -> None:

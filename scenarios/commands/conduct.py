@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import itertools
 import os
 import sys
 from pathlib import Path
 
 from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.problems import Problem, ScenarioError
+from scenarios.running.output_paths import free_recording
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -50,7 +50,7 @@ def _conduct(options: argparse.Namespace) -> int:
 
     errand = Errand(
         scenario=options.scenario,
-        record=options.record or _free(loaded.scenario.name),
+        record=options.record or free_recording(loaded.scenario.name),
         overrides=overrides(options),
         demo=options.demo,
         pace=options.pace,
@@ -100,10 +100,3 @@ def _require_possible(options: argparse.Namespace) -> None:
         )
     if problems:
         raise ScenarioError(problems, "oilsim")
-
-
-def _free(stem: str) -> Path:
-    """Choose a name that no recording or folder of checkpoints has."""
-    suffixes = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
-    names = (Path(f"{stem}{suffix}.rrd") for suffix in suffixes)
-    return next(name for name in names if not name.exists() and not name.with_suffix(".checkpoints").exists())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.problems import Problem, ScenarioError
+from scenarios.running.output_paths import free_recording
 
 if TYPE_CHECKING:
     from scenarios.running.run import RunOptions
@@ -78,7 +78,7 @@ def _run(options: argparse.Namespace) -> int:
     from scenarios.running.run import run_scenario
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
-    record = None if options.no_record else options.record or _free(loaded.scenario.name)
+    record = None if options.no_record else options.record or free_recording(loaded.scenario.name)
     return run_scenario(
         loaded.scenario,
         text=loaded.text,
@@ -107,16 +107,7 @@ def _resume(options: argparse.Namespace) -> int:
 def _branch(source: Path, at: float) -> Path:
     """Choose a free name for the recording of a continued run: ``sweep-from-12s.rrd``, ``sweep-from-12s-2.rrd``, ..."""
     stem = source.parent.stem if source.suffix == ".npz" else source.stem
-    return _free(f"{stem}-from-{at:g}s")
-
-
-def _free(stem: str) -> Path:
-    """Choose a name that no recording or folder of checkpoints has: ``stem.rrd``, ``stem-2.rrd``, ``stem-3.rrd``, ..."""
-    from scenarios.running.checkpoints import checkpoint_folder
-
-    suffixes = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
-    names = (Path(f"{stem}{suffix}.rrd") for suffix in suffixes)
-    return next(name for name in names if not name.exists() and not checkpoint_folder(name).exists())
+    return free_recording(f"{stem}-from-{at:g}s")
 
 
 def _run_options(options: argparse.Namespace, record: Path | None, source: Path | None) -> RunOptions:

@@ -26,7 +26,7 @@ from scenarios.debrief.order_words import order_in_words
 from scenarios.orders.client import NoAnswerError, ask
 from scenarios.orders.messages import Kind
 from scenarios.problems import Problem, ScenarioError
-from scenarios.running.checkpoints import checkpoint_folder
+from scenarios.running.output_paths import checkpoint_folder
 
 MOST_LINES = 1000  # [1] of the log that pages can still see
 MOST_WAITING = 8  # [1] commands that wait for the run

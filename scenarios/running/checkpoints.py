@@ -21,21 +21,16 @@ from recordings.files import RECORDING_ENDING, held
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.running.ordered_sea import restore_sea, saved_sea
+from scenarios.running.output_paths import CHECKPOINTS_ENDING, checkpoint_folder
 from scenarios.running.plan import Plan, plan_from
 from scenarios.versions import versions
 
 ENDING = ".npz"
-_FOLDER_ENDING = ".checkpoints"
 # [s] simulated between checkpoints where nothing else is said; user; a second of a tank of particles takes ten to calculate
 INTERVAL = 1.0
 # [s] the same without particles; user; a checkpoint takes as long as two seconds of a large exercise
 INTERVAL_WITHOUT_PARTICLES = 10.0
 _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bits depend
-
-
-def checkpoint_folder(recording: Path) -> Path:
-    """Return the folder for a recording's checkpoints; it is that of no other recording, since all end in ``.rrd``."""
-    return recording.with_suffix(_FOLDER_ENDING)
 
 
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
@@ -208,7 +203,7 @@ class Restart:
     def recording(self) -> Path | None:
         """The recording that the run goes on from; None for a checkpoint that lies in no recording's folder."""
         folder = self.source.absolute().parent
-        return folder.with_suffix(RECORDING_ENDING) if folder.suffix == _FOLDER_ENDING else None
+        return folder.with_suffix(RECORDING_ENDING) if folder.suffix == CHECKPOINTS_ENDING else None
 
     @property
     def time(self) -> float:

@@ -1,12 +1,36 @@
-"""Checks that a command writes over nothing that it reads, and into each file and folder once."""
+"""Paths that a command writes: apart from what it reads and from each other, over nothing that is there, and names that are free."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from pathlib import Path
 
 from recordings.files import is_same_file
 from scenarios.problems import Problem, ScenarioError
+
+CHECKPOINTS_ENDING = ".checkpoints"
+
+
+def checkpoint_folder(recording: Path) -> Path:
+    """Return the folder for a recording's checkpoints; it is that of no other recording, since all end in ``.rrd``."""
+    return recording.with_suffix(CHECKPOINTS_ENDING)
+
+
+def free_recording(stem: str) -> Path:
+    """Choose a name that no recording or folder of checkpoints has: ``stem.rrd``, ``stem-2.rrd``, ``stem-3.rrd``, ..."""
+    suffixes = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
+    names = (Path(f"{stem}{suffix}.rrd") for suffix in suffixes)
+    return next(name for name in names if not name.exists() and not checkpoint_folder(name).exists())
+
+
+def already_there(written: Mapping[str, Path | None]) -> list[Problem]:
+    """Find the files, by the name of their option, that are there already; None for an option that is not given, an empty file is none."""
+    return [
+        Problem(name, f"is {str(path)!r}, which is there already; allowed: another name, or --overwrite to replace it")
+        for name, path in written.items()
+        if path is not None and path.is_file() and path.stat().st_size > 0  # `held` makes an empty one
+    ]
 
 
 def require_apart(read: Mapping[str, Path], written: Mapping[str, Path | None]) -> None:

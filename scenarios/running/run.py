@@ -19,9 +19,9 @@ from recordings.words import cause_in_words, volume_in_words
 from scenarios.exit_codes import FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
-from scenarios.running.checkpoints import Restart, checkpoint_folder, checkpoint_writer
+from scenarios.running.checkpoints import Restart, checkpoint_writer
 from scenarios.running.instructor import Instructor
-from scenarios.running.output_paths import require_apart
+from scenarios.running.output_paths import already_there, checkpoint_folder, require_apart
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan
 from scenarios.running.recorder_options import grid, surface_rate, thinning
@@ -240,15 +240,7 @@ def _require_new(options: RunOptions) -> None:
     """Check that the run replaces no file of an earlier one, unless it is allowed to."""
     if options.overwrite:
         return
-    named = {name: getattr(options, name) for name in ("record", "summary", "picture")}
-    problems = [
-        Problem(
-            f"--{name}",
-            f"is {str(path)!r}, which is there already; allowed: another name, or --overwrite to replace it",
-        )
-        for name, path in named.items()
-        if path is not None and path.is_file() and path.stat().st_size > 0  # `held` has made an empty one
-    ]
+    problems = already_there({f"--{name}": getattr(options, name) for name in ("record", "summary", "picture")})
     folder = options.checkpoint_folder
     if folder is not None and any(folder.glob("step-*.npz")):
         text = f"is {str(folder)!r}, which holds checkpoints of an earlier run; allowed: another folder, or --overwrite to replace them"

@@ -17,7 +17,6 @@ from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
 from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.boom_remarks import blockage
-from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import horizontal
 from scenarios.setup.simulators import Simulators
 from scenarios.setup.solids.placed_solids import Solid
@@ -132,7 +131,7 @@ def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:
 
 
 def _current_and_wind(simulators: Simulators) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the current at the surface and the wind without gusts (x, y) [m/s] at the start: of the sea if there is one, else of [forcing]."""
+    """Return the current at the surface and the wind without gusts (x, y) [m/s] at the start: of the sea, or else of [forcing]."""
     sea, forcing = simulators.sea, simulators.scenario.forcing
     if sea is not None:
         flows = sea.current([simulators.level], 0.0)[0], sea.mean_wind(0.0)

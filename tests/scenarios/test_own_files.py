@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ import trimesh
 
 from recordings.files import held
 from scenarios.cli import main
-from scenarios.running.checkpoints import checkpoint_folder
+from scenarios.running.output_paths import checkpoint_folder
 from scenarios.running.summary import SummaryObserver
 
 QUICK = ["--set", "fluid.particle_spacing=0.1", "--threads", "1"]
@@ -140,6 +141,28 @@ def test_a_branch_takes_no_name_whose_checkpoints_are_there(begun: Path, monkeyp
     assert (begun / "me-from-0.02s-2.rrd").is_file()
     assert checkpoint_folder(begun / "me-from-0.02s-2.rrd").is_dir()
     assert not list(kept.iterdir())
+
+
+def test_a_comparison_writes_over_no_file(
+    begun: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither over another recording, nor over an earlier comparison; without a name it takes a free one."""
+    monkeypatch.chdir(tmp_path)
+    for screen in ("DISPLAY", "WAYLAND_DISPLAY"):  # no viewer opens
+        monkeypatch.delenv(screen, raising=False)
+    for name in ("a.rrd", "other.rrd", "a-and-a.rrd"):
+        shutil.copy(begun / "me.rrd", name)
+    before = contents(tmp_path)
+    assert main(["compare", "a.rrd", "a.rrd", "--to", "other.rrd"]) == 2
+    assert "--to is 'other.rrd', which is there already; allowed: another name" in capsys.readouterr().err
+    assert main(["compare", "a.rrd", "a.rrd", "--overwrite"]) == 2
+    assert "--overwrite is given, allowed: only with --to" in capsys.readouterr().err
+    assert contents(tmp_path) == before
+    assert main(["compare", "a.rrd", "a.rrd", "--to", "other.rrd", "--overwrite"]) == 0
+    assert Path("other.rrd").read_bytes() != before[tmp_path / "other.rrd"]
+    main(["compare", "a.rrd", "a.rrd"])
+    assert Path("a-and-a.rrd").read_bytes() == before[tmp_path / "a-and-a.rrd"]
+    assert Path("a-and-a-2.rrd").is_file()
 
 
 def test_a_second_run_writes_over_no_earlier_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -74,7 +74,7 @@ def test_ordered_wind_carries_the_slick_as_it_loads_the_bodies():
 
 
 def test_description_tells_the_current_and_the_wind_of_the_sea():
-    """A tide of 0.4 m/s and a wind of 8 m/s whose gusts are left out; a tank keeps what its [forcing] says, and so does its sea by formulas."""
+    """A tide of 0.4 m/s and a wind of 8 m/s without its gusts; a tank, and the sea made of it, have those of [forcing]."""
     tide = "sea.current={kind='tide', speed=0.4, direction=0.0, period=44712.0, turn=-11178.0}"
     exercise = build(load_scenario("sweep-200m", overrides=[tide, "run.seed=3"]).scenario).description.exercise
     wind = load_scenario("sweep-200m").scenario.sea.wind
