@@ -390,15 +390,30 @@ def test_override_replaces_the_other_spellings(tmp_path: Path) -> None:
         ("=3", "allowed: key=value"),
         ("tank.upper.7=3", "allowed: 0 to 2"),
         ("tank.upper.0.1=3", "has no entry"),
+        ("tank.upper.--1=3", "names entry '--1', allowed: 0 to 2"),
+        ("tank.upper.\u00b2=3", "names entry '\u00b2', allowed: 0 to 2"),
+        (f"tank.upper.{'9' * 5000}=3", "allowed: 0 to 2"),
+        ("tank.open.0='+z'", "names entry '0' of an empty list, allowed: the whole list"),
         ("fluid.particle_spacng=3", "did you mean 'particle_spacing'?"),
     ],
 )
 def test_override_that_leads_nowhere_is_refused(override: str, part: str, tmp_path: Path) -> None:
     file = tmp_path / "small.toml"
-    file.write_text(SMALL)
+    file.write_text(SMALL.replace("[tank]", "[tank]\nopen = []"))
     with pytest.raises(ScenarioError) as caught:
         load_scenario(file, overrides=[override])
     assert part in str(caught.value)
+
+
+def test_a_date_of_toml_is_text_where_text_is_wanted(tmp_path: Path) -> None:
+    file = tmp_path / "small.toml"
+    file.write_text(SMALL + "[site]\nlatitude = 58.9\nlongitude = 5.6\nstart = 2026-04-01")
+    site = load_scenario(file).scenario.site
+    assert site is not None and site.start == "2026-04-01"
+    site = load_scenario(file, overrides=["site.start=2026-05-01T08:00:00Z"]).scenario.site
+    assert site is not None and site.start == "2026-05-01T08:00:00+00:00"
+    with pytest.raises(ScenarioError, match=r"site\.latitude is datetime\.date"):
+        load_scenario(file, overrides=["site.latitude=2026-05-01"])
 
 
 def test_lists_of_tables_are_reached_by_name(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,6 +16,8 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "mass": ("density",),
     "density": ("mass",),
 }
+
+_INDEX = r"-?[0-9]{1,9}"  # of an entry of a list, from its end if it is below 0
 
 
 def parse_override(text: str) -> tuple[tuple[str, ...], Any]:
@@ -74,8 +77,10 @@ def _index(entries: list[Any], key: str) -> int:
     names = [str(entry.get("name", "")) for entry in entries if isinstance(entry, Mapping)]
     if key in names:
         return next(i for i, entry in enumerate(entries) if isinstance(entry, Mapping) and entry.get("name") == key)
-    if key.lstrip("-").isdigit() and -len(entries) <= int(key) < len(entries):
+    if re.fullmatch(_INDEX, key) and -len(entries) <= int(key) < len(entries):
         return int(key) % len(entries)
+    if not entries:
+        raise LookupError(f"names entry {key!r} of an empty list, allowed: the whole list")
     hint = suggestion(key, names) or ","
     raise LookupError(
         f"names entry {key!r}{hint} allowed: 0 to {len(entries) - 1}" + "".join(f", {n}" for n in names if n)

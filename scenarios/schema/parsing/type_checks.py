@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import types
 from collections.abc import Mapping
+from datetime import date, time
 from numbers import Integral, Real
 from typing import Any, Literal, Union, get_args, get_origin
 
@@ -22,7 +23,8 @@ class Misfit(ValueError):
 def taken(value: Any, kind: Any) -> Any:
     """Convert `value` to a `kind`, with numbers as Python's own and lists as tuples; Misfit if it does not fit.
 
-    Nothing is guessed: a number in quotes is not a number, true is not 1, and text is not a list of letters.
+    Nothing is guessed: a number in quotes is not a number, true is not 1, and text is not a list of letters. A date or time of TOML is its
+    ISO text.
     """
     origin = get_origin(kind)
     if kind is object:
@@ -37,6 +39,8 @@ def taken(value: Any, kind: Any) -> Any:
         return _choice(value, get_args(kind))
     if kind in (int, float):
         return _number(value, kind)
+    if kind is str and isinstance(value, date | time):  # what TOML makes of a date or a time without quotes
+        return value.isoformat()
     if not isinstance(value, kind):
         raise Misfit(f"is {value!r}, allowed: {shape_of(kind)}")
     return value
