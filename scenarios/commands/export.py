@@ -40,7 +40,7 @@ def register(commands: argparse._SubParsersAction) -> None:
         "--bearing",
         type=float,
         metavar="DEG",
-        help="bearing of the x axis [degrees], clockwise from north (default: 90, east)",
+        help="bearing of the x axis [degrees], clockwise from north (default: the scenario's [site], else 90, east)",
     )
     parser.add_argument(
         "--start", metavar="TIME", help="date and time of the run's start (ISO 8601), for example 2026-05-01T08:00:00Z"
@@ -50,9 +50,13 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _export(options: argparse.Namespace) -> int:
     from recordings.replay.recording import Replay
-    from scenarios.commands.options.export import file_errors, interval, require_some
+    from scenarios.commands.options.export import file_errors, interval, require_some, require_used
 
     require_some(options, "netcdf", "geojson", "vtk")
+    maps = ("netcdf", "geojson")
+    require_used(
+        options, {"lost_only": ("netcdf",), "particles": ("geojson",), "site": maps, "bearing": maps, "start": maps}
+    )
     written = {f"--{name}": getattr(options, name) for name in ("netcdf", "geojson", "vtk")}
     require_apart({"the recording": options.recording}, written)
     apart = interval(options)

@@ -75,8 +75,8 @@ def test_check_says_what_a_scenario_costs(name: str, capsys: pytest.CaptureFixtu
         ["run", "calm-spread", "--record", "/tmp/x.rrd", "--picture", "x"],
         ["run", "calm-spread", "--no-record", "--threads", "100000"],
         ["run", "--resume", "x.rrd", "--demo"],
-        ["report", "x.rrd", "--csv", "x", "--ids", "-1"],
-        ["report", "x.rrd", "--csv", "x", "--ids", "3,99999999999"],
+        ["report", "x.rrd", "--csv", "x", "--tracks", "oil", "--ids", "-1"],
+        ["report", "x.rrd", "--csv", "x", "--tracks", "oil", "--ids", "3,99999999999"],
         ["replay", "no-such-file.rrd"],
     ],
 )
@@ -86,6 +86,29 @@ def test_bad_input_ends_with_2_and_says_what_is_allowed(
     assert main(arguments) == 2
     said = capsys.readouterr().err
     assert "allowed" in said or "does not exist" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ("report x.rrd --csv t --ids 5 --every 1", ("--ids is given, allowed: only with --tracks", "--every is")),
+        (
+            "export x.rrd --vtk v --lost-only --site 1,2 --bearing 0 --start 2026-05-01",
+            ("--lost-only is given, allowed: only with --netcdf", "--site is", "--bearing is", "--start is"),
+        ),
+        ("export x.rrd --geojson g --lost-only", ("--lost-only is",)),
+        (
+            "export x.rrd --netcdf n --particles --start 2026-05-01",
+            ("--particles is given, allowed: only with --geojson",),
+        ),
+    ],
+)
+def test_options_that_change_nothing_without_others_are_refused(
+    arguments: str, told: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments.split()) == 2
+    said = capsys.readouterr().err
+    assert f"{len(told)} problem" in said and all(text in said for text in told)
 
 
 def test_unknown_option_ends_with_2() -> None:

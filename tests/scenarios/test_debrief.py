@@ -544,8 +544,8 @@ def test_a_real_exercise_goes_all_the_way_from_run_to_exports(
     [
         ["debrief", "nothing.rrd"],
         ["report", "nothing.rrd"],
-        ["report", "made-up.rrd", "--csv", "x", "--every", "0"],
-        ["report", "made-up.rrd", "--csv", "x", "--ids", "1,two"],
+        ["report", "made-up.rrd", "--csv", "x", "--tracks", "oil", "--every", "0"],
+        ["report", "made-up.rrd", "--csv", "x", "--tracks", "oil", "--ids", "1,two"],
         ["export", "made-up.rrd"],
         ["export", "made-up.rrd", "--netcdf", "x.nc"],
         ["export", "made-up.rrd", "--netcdf", "x.nc", "--site", "north"],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from scenarios.problems import Problem, ScenarioError
@@ -17,6 +17,26 @@ def require_some(options: argparse.Namespace, *names: str) -> None:
     if all(getattr(options, name) is None for name in names):
         listed = ", ".join(f"--{name}" for name in names)
         raise ScenarioError([Problem("output", f"is missing, allowed: one or more of {listed}")], "oilsim")
+
+
+def require_used(options: argparse.Namespace, needs: Mapping[str, Sequence[str]]) -> None:
+    """Raise ScenarioError for options that change nothing without others; `needs` names, by option, those of which it needs one."""
+    problems = [
+        Problem(_spelled(name), f"is given, allowed: only with {' or '.join(map(_spelled, others))}")
+        for name, others in needs.items()
+        if _is_given(options, name) and not any(_is_given(options, other) for other in others)
+    ]
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+
+
+def _is_given(options: argparse.Namespace, name: str) -> bool:
+    value = getattr(options, name)
+    return value is not None and value is not False and value not in ("", [])  # 0 is given
+
+
+def _spelled(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 @contextmanager
