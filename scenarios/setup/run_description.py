@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
 from booms.deployment import BoomLayout
@@ -134,14 +135,17 @@ def _current_and_wind(simulators: Simulators) -> tuple[tuple[float, float], tupl
     """Return the current at the surface and the wind without gusts (x, y) [m/s] at the start: of the sea, or else of [forcing]."""
     sea, forcing = simulators.sea, simulators.scenario.forcing
     if sea is not None:
-        flows = sea.current([simulators.level], 0.0)[0], sea.mean_wind(0.0)
-    else:
-        flows = (
-            np.zeros(2) if one is None else horizontal(one.speed, one.direction)[:2]
-            for one in (forcing.current, forcing.wind)
-        )
-    current, wind = ((float(x), float(y)) for x, y in flows)
+        return _plane(sea.current([simulators.level], 0.0)[0]), _plane(sea.mean_wind(0.0))
+    current, wind = (
+        (0.0, 0.0) if one is None else _plane(horizontal(one.speed, one.direction))
+        for one in (forcing.current, forcing.wind)
+    )
     return current, wind
+
+
+def _plane(vector: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]:
+    """Return the first two components of a vector."""
+    return float(vector[0]), float(vector[1])
 
 
 def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomDescription:
