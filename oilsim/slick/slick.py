@@ -91,7 +91,7 @@ class Slick:
 
     @property
     def slack(self) -> Array:
-        """Slack (P,) [-] of each pool: the way that the water has run back from its segment; at 1 the boom lets the oil go, see `slacken`."""
+        """Slack (P,) [-] of each pool: how far the water has run back from its segment; at 1 the boom lets the oil go (`slacken`)."""
         return self._slack
 
     def release(
