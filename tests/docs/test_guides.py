@@ -25,6 +25,10 @@ TRAINER = {
     "u-sweep-from-8s.rrd": "u-sweep-from-0.06s.rrd",
     "30": "0.14",
     "tow.speed_kn=0.3,0.5,0.7": "tow.speed_kn=0.3,0.5",
+    "tests/benchmarks/small-sweep.toml": str(ROOT / "tests/benchmarks/small-sweep.toml"),
+    "tow.speed_kn=0.6,0.8,1.0,1.2": "tow.speed_kn=0.6,1.2",
+    "phases.oil.density=860,920,980": "phases.oil.density=860,980",
+    "12": "4",
 }
 
 
