@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from oilsim.sea.continuation import Continuation
-from oilsim.sea.description import CurrentProfile, SeaDescription, WindField
+from oilsim.sea.description import Continuation, CurrentProfile, SeaDescription, WindField
 from oilsim.sea.flows import FlowTable, SteadyFlow, TidalFlow
 from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves

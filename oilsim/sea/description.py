@@ -1,4 +1,4 @@
-"""Description of a sea: frozen, checked when it is made, without any state."""
+"""Description of a sea: frozen, checked when it is made, without any state; and what it takes over from the sea before it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from oilsim.physical_constants import GRAVITY, SEA_WATER_DENSITY
 from oilsim.quantity import quantity, require
-from oilsim.sea.continuation import Continuation
 from oilsim.sea.flows import Flow, FlowTable, SteadyFlow, TidalFlow
 from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves
@@ -30,6 +29,24 @@ def of_kind(name: str, value: Any, *kinds: type) -> Iterator[str]:
     if not isinstance(value, kinds):
         names = ", ".join("None" if kind is type(None) else kind.__name__ for kind in kinds)
         yield f"{name} is a {type(value).__name__}, allowed: {names}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Continuation:
+    """The lead of the patterns of a sea over those of a sea of the same description that began at time 0.
+
+    way      (2,) [m] more that the current has carried the waves
+    lead     [s] by which gusts are early
+    made_in  the current in which periods seen from the ground became wave lengths, which no later current changes; None: the sea's own
+    Raises ValueError for values that are not allowed.
+    """
+
+    way: tuple[float, float] = quantity("m", default=(0.0, 0.0))
+    lead: float = quantity("s", default=0.0)
+    made_in: SteadyFlow | None = None
+
+    def __post_init__(self) -> None:
+        require("continuation", Continuation, vars(self))
 
 
 @dataclass(frozen=True, kw_only=True)

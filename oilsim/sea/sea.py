@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.sea.continuation import Continuation
-from oilsim.sea.description import SeaDescription, profile
+from oilsim.sea.description import Continuation, SeaDescription, profile
 from oilsim.sea.dispersion_relation import second_harmonic
 from oilsim.sea.flows import SteadyFlow
 from oilsim.sea.jonswap import JonswapWaves

@@ -144,7 +144,6 @@ class Barriers:
     flow_share            (S,) [-] of booms, see `Boom`; 1 of outlines
     parted                (S,) whether the joint at its end has parted
     following, preceding  (S,) the segments tied to its end and its start, -1 at a free end, and where the next one is not in the water
-    member                (S,) the number of the barrier whose segment it is
     """
 
     def __init__(self, barriers: Sequence[Barrier] = ()) -> None:
@@ -163,12 +162,10 @@ class Barriers:
         self.carries, self.flow_share = np.ones(count, np.bool_), np.ones(count)
         self.parted = np.zeros(count, np.bool_)
         self._next, self._previous = np.arange(1, count + 1), np.arange(-1, count - 1)  # as built
-        self.member = np.zeros(count, np.int64)
         first = 0
-        for number, one in enumerate(barriers):
+        for one in barriers:
             rows = self._rows[one.name] = slice(first, first + one.segments)
             last = rows.stop - 1
-            self.member[rows] = number
             self._next[last], self._previous[first] = (first, last) if one.is_closed else (-1, -1)
             if isinstance(one, Outline):
                 self.capacity[rows], self.carries[rows] = one.capacity, one.carries

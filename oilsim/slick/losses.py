@@ -124,14 +124,14 @@ class Losses:
     def _put_behind(parcels: Parcels, barriers: Barriers, rows: NDArray[np.int64]) -> None:
         place, along, side = parcels.place[rows], parcels.along[rows], -parcels.side[rows]
         parcels.position[rows] = beside(barriers, place, along, side, resting_sweep(barriers))
-        parcels.mark_lost(rows, parcels.cause[rows], barriers.member[place], carried=False)
+        parcels.mark_lost(rows, parcels.cause[rows], barriers.owner[place], carried=False)
         parcels.detach(rows)
 
     def take_back(
         self, parcels: Parcels, barriers: Barriers, rows: NDArray[np.int64], segment: NDArray[np.int64]
     ) -> None:
         """Take the oil of rows (M,) off the losses where the segments (M,) that catch it are of the boom that lost it."""
-        own = parcels.loser[rows] == barriers.member[segment]
+        own = parcels.loser[rows] == barriers.owner[segment]
         rows, segment = rows[own], segment[own]
         volume, cause, carried = parcels.volume[rows], parcels.cause[rows], parcels.carried[rows]
         np.subtract.at(self.gone, (cause, segment), volume)

@@ -28,5 +28,5 @@ def lose_through_openings(parcels: Parcels, barriers: Barriers, losses: Losses, 
     resolved = parcels.state[lost] == ParcelState.RESOLVED
     np.add.at(losses.gone[LossCause.THROUGH], segment, parcels.volume[lost])
     np.add.at(losses.carried[LossCause.THROUGH], segment[resolved], parcels.volume[lost[resolved]])
-    parcels.mark_lost(lost, int(LossCause.THROUGH), barriers.member[segment], carried=resolved)
+    parcels.mark_lost(lost, int(LossCause.THROUGH), barriers.owner[segment], carried=resolved)
     parcels.state[lost[~resolved]] = ParcelState.LOST

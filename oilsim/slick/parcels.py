@@ -64,7 +64,7 @@ class Parcels:
     density              (N,) [kg/m3]; viscosity (N,) [Pa s]; interfacial_tension, spreading_tension (N,) [N/m]; age (N,) [s]
     state                (N,) a `ParcelState`
     cause                (N,) the `LossCause` by which it was lost, `NONE` for one that is not lost
-    loser                (N,) the barrier that lost it, see `Barriers.member`; `NONE` for one that is not lost
+    loser                (N,) the barrier that lost it, see `Barriers.owner`; `NONE` for one that is not lost
     carried              (N,) whether a particle carried it past that barrier, so that the loss is resolved
     place                (N,) the segment that holds it or to which it sticks, else `NONE`
     side                 (N,) side of that segment: 1 left of the way from its start to its end, -1 right

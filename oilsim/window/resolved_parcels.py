@@ -72,7 +72,7 @@ def follow_particles(
             lost &= ~held
         for account in (losses.gone, losses.carried):
             np.add.at(account, (cause[lost], segment[lost]), parcels.volume[crossing[lost]])
-        parcels.mark_lost(crossing[lost], cause[lost], barriers.member[segment[lost]], carried=True)
+        parcels.mark_lost(crossing[lost], cause[lost], barriers.owner[segment[lost]], carried=True)
         losses.take_back(parcels, barriers, crossing[~pressed], segment[~pressed])
         parcels.mark_found(crossing[~pressed])
     free = met.segment < 0

@@ -6,7 +6,6 @@ The run is a process of its own. A thread reads what it shows; the session keeps
 from __future__ import annotations
 
 import asyncio
-import itertools
 import json
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -26,7 +25,7 @@ from scenarios.debrief.order_words import order_in_words
 from scenarios.orders.client import NoAnswerError, ask
 from scenarios.orders.messages import Kind
 from scenarios.problems import Problem, ScenarioError
-from scenarios.running.output_paths import checkpoint_folder
+from scenarios.running.output_paths import free_recording
 
 MOST_LINES = 1000  # [1] of the log that pages can still see
 MOST_WAITING = 8  # [1] commands that wait for the run
@@ -205,14 +204,7 @@ class Session:
     def _free(self, source: Path, time: float) -> Path:
         """Choose a free name for the recording of a branch, beside its source; that of a branch that failed stays its own."""
         stem = source.stem.partition("-from-")[0]
-        names = (
-            source.with_name(f"{stem}-from-{time:g}s{suffix}.rrd")
-            for suffix in itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
-        )
-        taken = self._pieces.keys()
-        return next(
-            name for name in names if not (name.name in taken or name.exists() or checkpoint_folder(name).exists())
-        )
+        return free_recording(source.with_name(f"{stem}-from-{time:g}s"), self._pieces.keys())
 
     def _parting(self, source: Errand, time: float) -> float:
         """Return the time [s] until which the present run has the same past as one that goes on at `time` [s] in the piece `source`."""

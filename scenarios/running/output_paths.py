@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from recordings.files import is_same_file
@@ -17,11 +17,12 @@ def checkpoint_folder(recording: Path) -> Path:
     return recording.with_suffix(CHECKPOINTS_ENDING)
 
 
-def free_recording(stem: str) -> Path:
-    """Choose a name that no recording or folder of checkpoints has: ``stem.rrd``, ``stem-2.rrd``, ``stem-3.rrd``, ..."""
+def free_recording(stem: str | Path, taken: Collection[str] = ()) -> Path:
+    """Choose a name that no recording or folder of checkpoints has: ``stem.rrd``, ``stem-2.rrd``, ``stem-3.rrd``, ...; none of `taken`."""
     suffixes = itertools.chain([""], (f"-{number}" for number in itertools.count(2)))
     names = (Path(f"{stem}{suffix}.rrd") for suffix in suffixes)
-    return next(name for name in names if not name.exists() and not checkpoint_folder(name).exists())
+    free = (name for name in names if not name.exists() and not checkpoint_folder(name).exists())
+    return next(name for name in free if name.name not in taken)
 
 
 def already_there(written: Mapping[str, Path | None]) -> list[Problem]:

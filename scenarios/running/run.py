@@ -24,13 +24,13 @@ from scenarios.running.instructor import Instructor
 from scenarios.running.output_paths import already_there, checkpoint_folder, require_apart
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan
-from scenarios.running.recorder_options import grid, surface_rate, thinning
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
 from scenarios.scenario import Scenario
 from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.cost import require_memory
+from scenarios.setup.recorder_options import grid, surface_rate, thinning
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import ProgressDisplay
 

@@ -26,7 +26,7 @@ from recordings.words import cause_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.setup.boom_lines import track_off_reel
-from scenarios.watch.sea_edge import sides_passed
+from scenarios.watch.sea_at_booms import sides_passed
 from scenarios.watch.slick_account import volume_within, with_slick
 
 if TYPE_CHECKING:
@@ -98,19 +98,7 @@ class BoomScore:
         self._tank, self._slack, self._volume = scenario.tank, spacing, spacing**3
         self._period = scenario.period
         self._ended = False  # once the boom has left the simulated sea
-        self.tracker = ContainmentTracker(
-            ContainmentOptions(
-                skirt_depth=settings.skirt_depth,
-                freeboard=settings.freeboard,
-                particle_volume=self._volume,
-                hysteresis=spacing,
-                kinematic_viscosity=max(
-                    (phase.viscosity / phase.rest_density for phase in scenario.phases.values() if phase.is_oil),
-                    default=0.0,
-                ),
-                period=scenario.period,
-            )
-        )
+        self.tracker = ContainmentTracker(_options(name, scenario))
 
     def advance(
         self,
@@ -396,6 +384,20 @@ class BoomScore:
             "oil_in_area_m3": self._oil_in_area,
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }
+
+
+def _options(name: str, scenario: Scenario) -> ContainmentOptions:
+    """Return what a tracker of a boom's oil has to know; of several oils the most viscous."""
+    settings, spacing = scenario.booms[name], scenario.fluid.particle_spacing
+    oils = [phase for phase in scenario.phases.values() if phase.is_oil]
+    return ContainmentOptions(
+        skirt_depth=settings.skirt_depth,
+        freeboard=settings.freeboard,
+        particle_volume=spacing**3,
+        hysteresis=spacing,
+        kinematic_viscosity=max((oil.viscosity / oil.rest_density for oil in oils), default=0.0),
+        period=scenario.period,
+    )
 
 
 def _knots(speed: float | None) -> float | None:

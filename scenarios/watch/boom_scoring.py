@@ -20,7 +20,7 @@ from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.fleet import Fleet
 from scenarios.watch.boom_score import Beside, BoomScore, Notice
-from scenarios.watch.sea_edge import current_of, rise_of
+from scenarios.watch.sea_at_booms import current_of, rise_of
 from scenarios.watch.slick_account import lost_parcels
 from vessels.vessel import Vessel
 

@@ -29,7 +29,7 @@ from scenarios.setup.run_description import describe_windows
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
-from scenarios.watch.sea_edge import rise_of
+from scenarios.watch.sea_at_booms import rise_of
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
@@ -96,8 +96,7 @@ class FrameReader:
         simulators = self._simulators
         if simulators.scenario.run.has_particles:
             return self._tank_surface(time)
-        world = simulators.world
-        sea = None if world is None else getattr(world.environment, "sea", None)
+        world, sea = simulators.world, simulators.sea
         if world is None or sea is None:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]

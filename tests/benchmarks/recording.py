@@ -19,8 +19,8 @@ from recordings.frame import BodyFrame, Event, Frame, PhaseDescription, PhaseFra
 from recordings.sink.recorder import Recorder
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build
-from scenarios.running.recorder_options import grid, thinning
 from scenarios.scenario import Scenario
+from scenarios.setup.recorder_options import grid, thinning
 
 FRAMES = 60
 FRAME_RATE = 30.0

@@ -21,7 +21,7 @@ from recordings.sink.recorder import FILM_RATE
 from recordings.sink.rerun_sink import RerunFile
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
-from scenarios.running.recorder_options import surface_rate
+from scenarios.setup.recorder_options import surface_rate
 
 REPEATS = 20
 STEPS = 20  # [1] of a run with particles, after one that compiles

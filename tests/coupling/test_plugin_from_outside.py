@@ -146,7 +146,7 @@ def boxes_on_a_constraint(client: int) -> list[int]:
 def test_bodies_that_hang_together_repeat_bit_for_bit_from_any_step(
     pybullet_client: int, boxes: Callable[[int], list[int]], steps_before: int
 ) -> None:
-    """What hung together in later steps does not count when the world goes back to before the first one."""
+    """A world that goes back to before its first step forgets which bodies hung together in later ones."""
     bodies = boxes(pybullet_client)
     world = attach_fluid(pybullet_client, pool(0.1, 1.0, 0.3), bodies)
     pybullet.resetBaseVelocity(bodies[0], (0, 0, -1), (0, 3, 0), physicsClientId=pybullet_client)

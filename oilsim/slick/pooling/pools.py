@@ -232,7 +232,7 @@ def lose_around_ends(parcels: Parcels, barriers: Barriers, rows: Rows) -> Array:
     free = first_crossings(near, beyond, resting).segment < 0
     parcels.position[rows] = np.where(free[:, None], beyond, near)
     parcels.state[rows] = ParcelState.LOST
-    parcels.mark_lost(rows, cause, barriers.member[place], carried=False)
+    parcels.mark_lost(rows, cause, barriers.owner[place], carried=False)
     parcels.detach(rows)
     return volume
 

@@ -155,7 +155,7 @@ def test_a_restored_exchange_repeats_its_steps(meet: Callable[..., Meeting]) -> 
 
 
 def test_held_oil_joins_particles_beside_it_and_no_others(meet: Callable[..., Meeting]) -> None:
-    """Of many parcels held in a row, all thinner than a particle, those go that lie within reach of a particle that is not lost."""
+    """Parcels are held in a row, all thinner than a particle; those within reach of a particle that is not lost become particles."""
     case = meet((Boom(name="pocket", nodes=NODES, draft=0.6),))
     oil, parcels = case.slick, case.slick.parcels
     oil.release(OIL, 2.0 * PARTICLE, count=2, center=(-0.3, 0.0), radius=0.01)

@@ -1,4 +1,4 @@
-"""The edge of the simulated sea, where a boom or a vessel leaves it or sails on into a sea that repeats; and the rise of its surface."""
+"""The sea at the booms: the rise of its surface, its current, and its edge, which a boom leaves or beyond which the sea repeats."""
 
 from __future__ import annotations
 
@@ -36,11 +36,17 @@ def sides_passed(
 
 def rise_of(world: RigidBodyWorld, time: float) -> float:
     """Return the height [m] of the still water at `time` [s] above that at the start, by the tide of the sea that loads the bodies."""
-    sea: Sea | None = getattr(world.environment, "sea", None)
+    sea = _sea_of(world)
     return 0.0 if sea is None else sea.rise(time)
 
 
 def current_of(world: RigidBodyWorld, level: float, time: float, driven: Array) -> Array:
     """Return the current (3,) [m/s] at a level [m] and a time [s]: of the sea that loads the bodies, else that which drives the liquid."""
-    sea: Sea | None = getattr(world.environment, "sea", None)
+    sea = _sea_of(world)
     return driven if sea is None else np.array([*sea.current([level], time)[0], 0.0])
+
+
+def _sea_of(world: RigidBodyWorld) -> Sea | None:
+    """Return the sea that loads the bodies of a world; None in a run of particles alone."""
+    sea: Sea | None = getattr(world.environment, "sea", None)
+    return sea
