@@ -19,6 +19,7 @@ from recordings.pictures.scenes import render_moments
 from recordings.pictures.series import EVENT_ROW, draw_events, draw_lines
 from recordings.pictures.style import EVENT_COLORS, STYLE
 from recordings.pictures.units import shown_in
+from recordings.replay.joined import JoinedReplay
 from recordings.replay.moments import Moment, key_steps, read_moments, recorded_steps
 from recordings.replay.recording import Replay
 from recordings.sink.plots import plots_with_series
@@ -32,8 +33,8 @@ _SCENE_WIDTH = 930  # [pixels], 1.5 times as many as shown
 
 
 def draw_picture(recording: str | Path, picture: str | Path) -> None:
-    """Read a recording and draw its picture to a PNG file of 1920 x 1200 pixels."""
-    replay = Replay(recording)
+    """Read a recording, and those that it goes on from, and draw the run's picture to a PNG file of 1920 x 1200 pixels."""
+    replay = JoinedReplay(recording)
     moments = read_moments(replay, key_steps(recorded_steps(replay), MOMENTS))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(16.0, 10.0), dpi=120, facecolor="white")

@@ -52,6 +52,12 @@ def read_rows(batch: pa.RecordBatch, component: str) -> Rows | None:
     )
 
 
+def rows_between(batch: pa.RecordBatch, begin: int, end: int) -> pa.RecordBatch:
+    """Return the rows of a chunk from communication step ``begin`` on and before ``end``; the chunk must not be static."""
+    steps = _integers(batch.column(entity_paths.TIMELINE_FRAME))
+    return batch.filter(pa.array((steps >= begin) & (steps < end)))
+
+
 def read_single(batch: pa.RecordBatch) -> dict[str, object]:
     """Read the components of a chunk of one row as plain values; a list of one value counts as the value."""
     values: dict[str, object] = {}

@@ -18,7 +18,6 @@ from oilsim.physical_constants import KNOT
 from recordings import appearance, entity_paths
 from recordings.errors import RecordingError
 from recordings.replay.recording import Replay
-from recordings.replay.repair import open_reader
 from recordings.replay.running_extremes import WORST, reached
 from recordings.sink.plots import plots_with_series
 from recordings.sink.rerun_sink import flush, open_stream
@@ -152,21 +151,20 @@ def _within(replay: Replay, name: str, start: int, reduce: Reduction, begin: flo
     return values[(series.time >= begin - 1e-9) & (series.time <= end + 1e-9)]
 
 
-def write_side_by_side(first: Path, second: Path, target: Path) -> None:
+def write_side_by_side(first: Replay, second: Replay, target: Path) -> None:
     """Write one recording with both runs under ``/A`` and ``/B``: two scenes at the same instant, above common diagrams.
 
-    ``first`` and ``second`` must be complete files (`Replay.path`). Raises RecordingError if the target cannot be written.
+    Raises RecordingError if the target cannot be written.
     """
     stream = open_stream(str(uuid.uuid4()))
     try:
         stream.save(target)
     except RuntimeError as error:
         raise RecordingError(target, f"cannot be written: {error}") from error
-    stream.send_recording_name(f"{first.stem} (A) and {second.stem} (B)")
-    replays = [Replay(path) for path in (first, second)]
+    stream.send_recording_name(f"{first.path.stem} (A) and {second.path.stem} (B)")
+    replays = [first, second]
     for side, replay in zip(SIDES, replays, strict=True):
-        chunks = open_reader(replay.path).stream().drop(content=["/__properties/**"])
-        stream.send_chunks(chunks.map(lambda chunk, side=side: _moved(chunk, side)))
+        stream.send_chunks(_moved(replay, side))
         for name in replay.scalars:
             stream.log(f"{side}/{entity_paths.scalar(name)}", appearance.line(name, side), static=True, strict=True)
     stream.send_blueprint(_blueprint(replays))
@@ -174,9 +172,12 @@ def write_side_by_side(first: Path, second: Path, target: Path) -> None:
     stream.disconnect()
 
 
-def _moved(chunk: Chunk, side: str) -> Chunk:
-    """Return the chunk with its entity one level further down."""
-    return chunk.with_entity_path(f"/{side}/{chunk.entity_path.strip('/')}".rstrip("/"))
+def _moved(replay: Replay, side: str) -> Iterator[Chunk]:
+    """Yield a run's chunks, each with its entity one level further down; the run's properties are left out."""
+    for path, batch in replay.chunks("/**"):
+        if not path.strip("/").startswith("__properties"):
+            for chunk in Chunk.from_record_batch(batch):
+                yield chunk.with_entity_path(f"/{side}/{path.strip('/')}".rstrip("/"))
 
 
 def _blueprint(replays: list[Replay]) -> rrb.Blueprint:

@@ -37,19 +37,19 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _compare(options: argparse.Namespace) -> int:
     from recordings.replay.comparison import write_side_by_side
-    from recordings.replay.recording import Replay
     from recordings.sink.viewer import ViewerError, open_viewer
+    from scenarios.commands.options.export import whole_run
 
     target = options.to or free_recording(f"{options.first.stem}-and-{options.second.stem}")
     require_apart({"A": options.first, "B": options.second}, {"--to": target})
     _require_new(options)
-    first, second = Replay(options.first), Replay(options.second)
+    first, second = whole_run(options.first), whole_run(options.second)
     require_apart({"A as repaired": first.path, "B as repaired": second.path}, {"--to": target})
     _print_scores(first, second)
     _print_events(first, second)
     if options.table:
         return DONE
-    write_side_by_side(first.path, second.path, target)
+    write_side_by_side(first, second, target)
     print(f"both runs: {target}")
     if options.to is not None:
         return DONE

@@ -49,8 +49,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from recordings.replay.recording import Replay
-    from scenarios.commands.options.export import file_errors, interval, require_some, require_used
+    from scenarios.commands.options.export import file_errors, interval, require_some, require_used, whole_run
 
     require_some(options, "netcdf", "geojson", "vtk")
     maps = ("netcdf", "geojson")
@@ -60,7 +59,7 @@ def _export(options: argparse.Namespace) -> int:
     written = {f"--{name}": getattr(options, name) for name in ("netcdf", "geojson", "vtk")}
     require_apart({"the recording": options.recording}, written)
     apart = interval(options)
-    replay = Replay(options.recording)
+    replay = whole_run(options.recording)
     site = _site(options, replay) if options.netcdf or options.geojson else None
     with file_errors():
         _write(options, replay, site, apart)

@@ -30,13 +30,19 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _report(options: argparse.Namespace) -> int:
     from recordings.export.tables import Format, write_tables
-    from recordings.replay.recording import Replay
-    from scenarios.commands.options.export import file_errors, interval, particle_ids, require_some, require_used
+    from scenarios.commands.options.export import (
+        file_errors,
+        interval,
+        particle_ids,
+        require_some,
+        require_used,
+        whole_run,
+    )
 
     require_some(options, "csv", "parquet")
     require_used(options, {"ids": ("tracks",), "every": ("tracks",)})
     apart, ids = interval(options), particle_ids("--ids", options.ids)
-    replay = Replay(options.recording)
+    replay = whole_run(options.recording)
     folders: tuple[tuple[Format, Path | None], ...] = (("csv", options.csv), ("parquet", options.parquet))
     with file_errors():
         for kind, folder in folders:

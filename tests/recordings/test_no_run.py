@@ -27,7 +27,7 @@ def test_what_compare_has_written_is_no_run(
     command: str, record: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = record(3)
-    write_side_by_side(path, path, Path("both.rrd"))
+    write_side_by_side(Replay(path), Replay(path), Path("both.rrd"))
     assert main(command.format("both.rrd", "both.rrd").split()) == 2
     assert "recording both.rrd: has no run of oilsim" in capsys.readouterr().err
 

@@ -1,4 +1,4 @@
-"""A debrief of a run that was continued covers all its pieces, each up to the branch, with the orders given there."""
+"""What is read of a run that was continued covers all its pieces, each up to the branch, with the orders given there."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pyarrow.csv
 import pytest
+import xarray
 
+from recordings.replay.columns import read_rows
 from recordings.replay.joined import JoinedReplay, branch_of
 from recordings.replay.recording import Replay
+from recordings.replay.repair import open_reader
 from scenarios.cli import main
 from scenarios.debrief.boom_history import boom_histories
 from scenarios.debrief.page import write_debrief
@@ -62,13 +66,50 @@ def test_the_page_tells_the_branches_and_all_orders(folder: Path, tmp_path: Path
 
 
 @pytest.mark.slow
-def test_a_piece_that_is_gone_or_another_run_by_now_is_told(folder: Path, tmp_path: Path) -> None:
+def test_tables_exports_and_comparisons_cover_all_pieces(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    third = str(folder / "third.rrd")
+    assert main(["report", third, "--csv", str(tmp_path), "--tracks", "oil"]) == 0
+    series = pyarrow.csv.read_csv(tmp_path / "series.csv")
+    assert series.column("step").to_pylist() == list(range(9))
+    tow = JoinedReplay(folder / "third.rrd").scalars["tow_speed"].value
+    np.testing.assert_allclose(series.column("tow_speed").to_numpy(), tow, rtol=1e-12)
+    tracked = pyarrow.csv.read_csv(tmp_path / "particles-oil.csv")
+    assert sorted(set(tracked.column("step").to_pylist())) == list(range(9))
+    assert main(["export", third, "--netcdf", str(tmp_path / "oil.nc"), "--site", "54,8"]) == 0
+    with xarray.open_dataset(tmp_path / "oil.nc") as data:
+        assert data.sizes["time"] == 9
+    both = tmp_path / "both.rrd"
+    capsys.readouterr()
+    assert main(["compare", str(folder / "first.rrd"), third, "--to", str(both)]) == 0
+    told = capsys.readouterr()
+    assert "from 0 s to 0.16 s" in told.out
+    assert told.err == ""
+    for side in "AB":
+        steps = [
+            index
+            for chunk in open_reader(both).stream().filter(content=[f"/{side}/metrics/tow_speed"])
+            if (rows := read_rows(chunk.to_record_batch(), "Scalars:scalars")) is not None
+            for index in rows.index.tolist()
+        ]
+        assert sorted(steps) == list(range(9))
+
+
+@pytest.mark.slow
+def test_a_piece_that_is_gone_or_another_run_by_now_is_told(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     alone = tmp_path / "third.rrd"
     shutil.copy(folder / "third.rrd", alone)
     joined = JoinedReplay(alone)
     assert joined.missing == "second.rrd does not exist"
+    assert main(["report", str(alone), "--csv", str(tmp_path / "tables")]) == 0
+    assert "third.rrd does not begin at the start of its run: second.rrd does not exist" in capsys.readouterr().err
     assert joined.scalars["oil_retained"].index.tolist() == Replay(alone).scalars["oil_retained"].index.tolist()
     assert main(["run", "still-column", "--set", "fluid.particle_spacing=0.1", "--until", "0.04", "--threads", "1",
                  "--record", str(tmp_path / "second.rrd")]) == 0  # fmt: skip
     assert JoinedReplay(alone).missing == "second.rrd holds another run by now"
     assert branch_of(Replay(tmp_path / "second.rrd")) is None
+    shutil.copy(folder / "third.rrd", tmp_path / "second.rrd")
+    assert JoinedReplay(tmp_path / "second.rrd").missing == "second.rrd goes on from itself"

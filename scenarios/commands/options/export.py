@@ -1,15 +1,31 @@
-"""Checks that are shared by the subcommands that export a recording."""
+"""What the subcommands that read a recording share: opening it, and checks of their options."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scenarios.problems import Problem, ScenarioError
 
+if TYPE_CHECKING:
+    from recordings.replay.joined import JoinedReplay
+
 LARGEST_ID = 2**32 - 1
+
+
+def whole_run(recording: Path) -> JoinedReplay:
+    """Open a recording with all those that it goes on from; say so if one of them cannot be read. RecordingError as `Replay`."""
+    from recordings.replay.joined import JoinedReplay
+
+    replay = JoinedReplay(recording)
+    if replay.missing:
+        print(f"oilsim: {recording.name} does not begin at the start of its run: {replay.missing}", file=sys.stderr)
+    return replay
 
 
 def require_some(options: argparse.Namespace, *names: str) -> None:

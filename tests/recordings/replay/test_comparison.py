@@ -118,7 +118,7 @@ def test_each_score_says_its_boom_and_its_unit(made_up: ModuleType, tmp_path: Pa
 
 def test_both_recordings_lie_in_one(pair: tuple[Path, Path], tmp_path: Path) -> None:
     target = tmp_path / "both.rrd"
-    write_side_by_side(*pair, target)
+    write_side_by_side(*map(Replay, pair), target)
     for side, path in zip("AB", pair, strict=True):
         frames = {index: phase.position.tobytes() for index, _, phase in Replay(path).phase_frames("oil")}
         copied = {}
