@@ -15,7 +15,7 @@ from oilsim.slick.parcels import Parcels, ParcelState, Rows
 
 MEANS = ("density", "viscosity", "interfacial_tension", "spreading_tension", "age", "thickness")
 # columns in which parcels that merge are alike
-KEYS = ("state", "cause", "loser", "carried", "place", "side", "particle")
+KEYS = ("oil", "state", "cause", "loser", "carried", "place", "side", "particle")
 # [1] doublings of the cell after which merging gives up; numerical; a cell is then a million times wider
 ROUNDS = 20
 

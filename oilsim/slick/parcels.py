@@ -36,6 +36,7 @@ COLUMNS: Mapping[str, tuple[Any, tuple[int, ...]]] = {
     "viscosity": (np.float64, ()),
     "interfacial_tension": (np.float64, ()),
     "spreading_tension": (np.float64, ()),
+    "oil": (np.int64, ()),
     "age": (np.float64, ()),
     "state": (np.int64, ()),
     "cause": (np.int64, ()),
@@ -62,6 +63,7 @@ class Parcels:
     position             (N, 2) [m] in the world
     volume               (N,) [m3]; thickness (N,) [m] of the oil there, by the last step
     density              (N,) [kg/m3]; viscosity (N,) [Pa s]; interfacial_tension, spreading_tension (N,) [N/m]; age (N,) [s]
+    oil                  (N,) place among the oils of the run, `Oil.number`
     state                (N,) a `ParcelState`
     cause                (N,) the `LossCause` by which it was lost, `NONE` for one that is not lost
     loser                (N,) the barrier that lost it, see `Barriers.owner`; `NONE` for one that is not lost
@@ -81,6 +83,7 @@ class Parcels:
     viscosity: Array
     interfacial_tension: Array
     spreading_tension: Array
+    oil: Rows
     age: Array
     state: Rows
     cause: Rows

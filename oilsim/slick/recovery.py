@@ -27,7 +27,8 @@ def oil_within(parcels: Parcels, center: tuple[float, float], radius: float) -> 
 def recover(parcels: Parcels, center: tuple[float, float], radius: float, volume: float) -> float:
     """Take up to `volume` [m3] of the oil on the water out of it within `radius` [m] of a center; return the volume that was there [m3].
 
-    The nearest parcels go first; the last one is split. All recovered oil is one parcel. Raises ValueError for a radius or volume below 0.
+    The nearest parcels go first; the last one is split. All recovered oil of a kind is one parcel. Raises ValueError for a radius or
+    volume below 0.
     """
     for name, value in (("radius", radius), ("volume", volume)):
         if not (np.isfinite(value) and value >= 0.0):
@@ -45,7 +46,8 @@ def recover(parcels: Parcels, center: tuple[float, float], radius: float, volume
         taken += float(parcels.volume[going])
         parcels.state[going] = ParcelState.RECOVERED
         parcels.detach(np.array([going]))
-    recovered = np.flatnonzero(parcels.state == ParcelState.RECOVERED)
-    if len(recovered) > 1:  # rows of oil that is gone would count as parcels, and make others merge
-        unite(parcels, recovered)
+    for oil in np.unique(parcels.oil):  # rows of oil that is gone would count as parcels, and make others merge
+        recovered = np.flatnonzero((parcels.state == ParcelState.RECOVERED) & (parcels.oil == oil))
+        if len(recovered) > 1:
+            unite(parcels, recovered)
     return taken

@@ -133,7 +133,7 @@ class Slick:
         return {
             "position": np.asarray(center, np.float64) + distance[:, None] * ray, "volume": volumes, "thickness": thickness,
             "density": oil.density, "viscosity": oil.dynamic_viscosity, "interfacial_tension": oil.interfacial_tension,
-            "spreading_tension": oil.spreading_tension, "age": age, "state": ParcelState.AFLOAT,
+            "spreading_tension": oil.spreading_tension, "oil": oil.number, "age": age, "state": ParcelState.AFLOAT,
         }  # fmt: skip
 
     def _add(self, columns: Mapping[str, Any], volume: float) -> None:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -44,13 +44,6 @@ CHOICE = 5.5
 ROUNDING = 1e-12
 
 
-class Liquid(NamedTuple):
-    """An oil of the particles: the name of its phase and its density [kg/m3]."""
-
-    phase: str
-    density: float
-
-
 class OilExchange:
     """Exchanges oil between a window and a slick; one of each. `taken`, `given` [m3]: oil that became particles, and parcels, so far."""
 
@@ -59,7 +52,7 @@ class OilExchange:
         self.window, self._config, self._skirts = window, window.fluid.config, skirts
         water = self._config.phases[0].name
         self._water = water
-        self._oils = [Liquid(one.name, one.rest_density) for one in self._config.phases[1:]]
+        self._oils = [one.name for one in self._config.phases[1:]]  # in the order of `Oil.number`
         if not self._oils:
             raise ValueError(f"the window's liquids are {water}, allowed: water and an oil or more")
         self.surface = SurfaceMotion(window)
@@ -199,7 +192,7 @@ class OilExchange:
     def _resolve(self, slick: Slick, group: Rows, time: float) -> None:
         """Turn as much of a group's oil into particles as fills whole ones, as far as there is water at the surface for them."""
         parcels, used = slick.parcels, set[int]()
-        phase = min(self._oils, key=lambda oil: abs(oil.density - parcels.density[group].mean())).phase
+        phase = self._oils[int(parcels.oil[group[0]])]
         for rows, volumes in _whole_parts(group, parcels.volume[group], self.volume):
             share = volumes / volumes.sum()
             middle = share @ parcels.position[rows]
@@ -209,7 +202,7 @@ class OilExchange:
             used.add(water)
             means, alike = (
                 (*MEANS, "along", "ahead"),
-                ("cause", "loser", "carried", "place", "side"),
+                ("oil", "cause", "loser", "carried", "place", "side"),
             )  # a boom holds what it held
             columns: dict[str, Any] = {name: float(share @ getattr(parcels, name)[rows]) for name in means}
             columns |= {name: getattr(parcels, name)[rows[0]] for name in alike}

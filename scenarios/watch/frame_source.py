@@ -182,11 +182,13 @@ class FrameReader:
         readers: dict[str, Callable[[], PhaseFrame]] = {
             name: partial(self._particles, name, time) for name in simulators.scenario.phases
         }
-        if simulators.slick is not None:  # parcels of several oils are shown as one
-            oil = next(name for name, phase in simulators.scenario.phases.items() if phase.is_oil)
+        if simulators.slick is not None:
             world = simulators.world
             level = simulators.level + (0.0 if world is None else rise_of(world, time))
-            readers[oil] = partial(phase_of, simulators.slick, level, time)
+            oils = [name for name, phase in simulators.scenario.phases.items() if phase.is_oil]
+            readers |= {
+                name: partial(phase_of, simulators.slick, number, level, time) for number, name in enumerate(oils)
+            }
         return PhasesOnRequest(readers)
 
     def _particles(self, phase: str, time: float) -> PhaseFrame:

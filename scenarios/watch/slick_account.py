@@ -50,15 +50,18 @@ def volume_within(slick: SlickParticipant, corners: NDArray[np.float64]) -> floa
     return float(parcels.volume[there][within].sum())
 
 
-def phase_of(slick: SlickParticipant, level: float, time: float) -> PhaseFrame:
-    """Return the parcels that no skimmer has taken as particles, at the surface's `level` [m], resolved ones where their particles are."""
+def phase_of(slick: SlickParticipant, oil: int, level: float, time: float) -> PhaseFrame:
+    """Return the parcels of an oil (`Oil.number`) that no skimmer has taken as particles; resolved ones are where their particles are.
+
+    level [m] of the surface, where the others are.
+    """
     parcels = slick.slick.parcels
     position = np.column_stack([parcels.position, np.full(len(parcels), level)]).astype(np.float32)
     if slick.particles is not None:
         rows, places = slick.particles.places(parcels, time)
         position[rows] = places
     order = np.argsort(parcels.id, kind="stable")
-    shown = order[parcels.there()[order]]
+    shown = order[(parcels.there() & (parcels.oil == oil))[order]]
     volume = parcels.volume[shown]
     width = np.sqrt(volume / film_thickness(parcels, shown))
     return PhaseFrame(

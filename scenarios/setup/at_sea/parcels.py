@@ -27,7 +27,7 @@ from oilsim.slick.spreading.fay import joined_radius
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings
-from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, SphereFill, Tank
+from scenarios.schema.liquid import CylinderFill, Fill, PipeEmitterSettings, SlabFill, SphereFill, Tank
 from scenarios.setup.boom_lines import track_off_reel
 from scenarios.setup.boom_losses import tension_of
 from scenarios.setup.moorings import beach_of
@@ -102,7 +102,7 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
         for joint in written.booms[name].parted:
             slick.part(name, joint)
     for name, spill in spills.items():
-        oil = _oil(written.phases[written.fill[name].phase])
+        oil = _oil(written, written.fill[name].phase)
         slick.release(
             oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
         )
@@ -158,7 +158,7 @@ def oil_sources(scenario: Scenario) -> dict[str, SpillSource]:
     return {
         name: SpillSource(
             name,
-            _oil(scenario.phases[pipe.phase]),
+            _oil(scenario, pipe.phase),
             (pipe.mouth[0], pipe.mouth[1]),
             pipe.radius,
             rate_of(pipe),
@@ -186,8 +186,15 @@ def new_sources(slick: SlickParticipant, scenario: Scenario) -> list[SpillSource
     return [source for name, source in sources.items() if name not in known]
 
 
-def _oil(phase: PhaseSettings) -> Oil:
-    return Oil(density=phase.rest_density, dynamic_viscosity=phase.viscosity, interfacial_tension=tension_of(phase))
+def _oil(scenario: Scenario, name: str) -> Oil:
+    """Return the oil of a phase, numbered in the order of the scenario's oils."""
+    phase, oils = scenario.phases[name], [name for name, one in scenario.phases.items() if one.is_oil]
+    return Oil(
+        density=phase.rest_density,
+        dynamic_viscosity=phase.viscosity,
+        interfacial_tension=tension_of(phase),
+        number=oils.index(name),
+    )
 
 
 def carry_slick(slick: SlickParticipant, sea: Sea, booms: Mapping[str, BoomLayout]) -> None:

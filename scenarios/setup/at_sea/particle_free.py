@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from scenarios.setup.fleet import Fleet
     from scenarios.setup.solids.placed_solids import Solid
 
-ONE_OIL = "recordings and exports show the parcels of {} as one oil, with the density and viscosity of {}"
 LEFT_OUT = 'run.detail is "{}": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
 
@@ -57,11 +56,7 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
     names += [f"emitters.{name}" for name, pipe in scenario.emitters.items() if not scenario.phases[pipe.phase].is_oil]
     names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
-    told = [LEFT_OUT.format(scenario.run.detail, ", ".join(names))] if names else []
-    oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
-    if len(oils) > 1:
-        told.append(ONE_OIL.format(" and ".join(oils), oils[0]))
-    return tuple(told)
+    return (LEFT_OUT.format(scenario.run.detail, ", ".join(names)),) if names else ()
 
 
 def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:

@@ -73,6 +73,16 @@ def test_all_recovered_oil_is_one_parcel_with_the_mean_properties() -> None:
     assert (parcels.volume * parcels.density).sum() == pytest.approx(mass, rel=1e-12)
 
 
+def test_recovered_oil_of_each_kind_is_a_parcel() -> None:
+    parcels = parcels_on_the_water()
+    parcels.oil[2] = 1
+    assert recover(parcels, CENTER, 1e3, 1.0) == pytest.approx(0.015)
+    gone = parcels.state == ParcelState.RECOVERED
+    found = dict(zip(parcels.oil[gone].tolist(), parcels.volume[gone].tolist(), strict=True))
+    assert found == pytest.approx({0: 0.011, 1: 0.004})
+    assert gone.sum() == 2
+
+
 @pytest.mark.parametrize(
     ("radius", "volume", "name"), [(-1.0, 1.0, "radius"), (1.0, np.nan, "volume"), (np.inf, 1.0, "radius")]
 )

@@ -136,6 +136,17 @@ def test_no_pair_merges_across_a_boom():
     assert len(slick.parcels) < 20
 
 
+def test_no_pair_of_different_oils_merges():
+    """Two oils of the same density in one place: each keeps its volume and its viscosity."""
+    slick = Slick(SlickSettings(loss_volume=1.0))
+    for number, viscosity in enumerate((0.1, 0.5)):
+        oil = Oil(density=900.0, dynamic_viscosity=viscosity, interfacial_tension=0.02, number=number)
+        slick.release(oil, 1.0 + number, count=50, center=(0.25, 0.25), radius=0.01)
+    merge_parcels(slick.parcels, slick.barriers, 2, 0.5)
+    assert slick.parcels.volume[np.argsort(slick.parcels.oil)] == pytest.approx([1.0, 2.0], rel=1e-13)
+    assert slick.parcels.viscosity[np.argsort(slick.parcels.oil)] == pytest.approx([0.1, 0.5], rel=1e-13)
+
+
 def test_parcels_stay_few():
     slick = scene(most_parcels=300)
     advance(slick, 0, 120)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from oilsim.slick.parcels import ParcelState
 from oilsim.window.oil_exchange import BESIDE, OilExchange
 from oilsim.window.resolved_parcels import CoarseSkirts, follow_particles
 from oilsim.window.window import Window
-from tests.oilsim.window.meeting import CURRENT, OIL, PARTICLE, SPACING, WATER, Meeting
+from tests.oilsim.window.meeting import CRUDE, CURRENT, OIL, PARTICLE, SPACING, WATER, Meeting
 
 
 def test_thick_oil_becomes_particles_and_leaves_as_parcels(meet: Callable[..., Meeting]) -> None:
@@ -176,6 +177,25 @@ def test_held_oil_joins_particles_beside_it_and_no_others(meet: Callable[..., Me
     assert beyond.sum() == 136
     assert set(row[beyond]) <= set(left)
     assert case.exchange.taken > before
+
+
+def test_each_oil_becomes_particles_of_its_own(meet: Callable[..., Meeting]) -> None:
+    """Two oils of the same density, in different numbers: the number of the oil tells its liquid, not the density."""
+    case = meet()
+    fuel = replace(CRUDE, name="fuel", dynamic_viscosity=1.0)
+    window = Window(case.window.settings, case.window.motion.sea, (WATER, CRUDE, fuel), threads=1)
+    try:
+        exchange = OilExchange(window)
+        case.slick.release(replace(OIL, number=1), 0.4, count=100, center=(0.5, 0.0), radius=0.4)
+        case.slick.release(OIL, 0.2, count=100, center=(-0.8, 0.0), radius=0.3)
+        exchange.exchange(case.slick, 0.0)
+        parcels = case.slick.parcels
+        for number, name in enumerate(("crude", "fuel")):
+            own = (parcels.state == ParcelState.RESOLVED) & (parcels.oil == number)
+            assert set(parcels.particle[own].tolist()) == set(window.fluid.phase_ids(name).tolist())
+            assert own.sum() > 5
+    finally:
+        window.fluid.close()
 
 
 def test_a_window_without_oil_is_refused(meet: Callable[..., Meeting]) -> None:

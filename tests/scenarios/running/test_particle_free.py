@@ -6,14 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray
 
 from booms.loads import skirt_drag
 from coupling.testing import assert_restarts_exactly
+from recordings.exercise import Site
+from recordings.export.chosen import oil_frames, oil_names
+from recordings.export.netcdf import write_netcdf
+from recordings.replay.recording import Replay
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.build import build
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.running.apply_orders import give_orders
+from scenarios.running.run import RunOptions, run_scenario
 from scenarios.setup.cost import estimate
 
 BARE = 'run.detail="none"'
@@ -122,6 +128,25 @@ def test_full_size_sweep_tows_at_its_speed_and_keeps_afloat():
     heights = [assembly.world.pose(segment.name)[2] + layout.segment.waterline for segment in layout.segments]
     assert len(heights) == 66
     assert np.abs(heights).max() < 0.5  # m: a crest of the sea, which is 0.5 m high
+
+
+def test_each_oil_is_recorded_and_exported_as_what_it_is(tmp_path):
+    """Maya crude leaks beside the slick of lighter oil: each has its own parcels in the recording, its density and volume in the export."""
+    leak = "emitters.leak={phase='maya', mouth=[6.0, 2.5, 0.5], radius=0.1, speed=0.6366}"
+    path = tmp_path / "two.rrd"
+    changes = [BARE, "run.duration=1.0", "run.communication_step=0.1", "phases.maya={oil='maya'}", leak]
+    run_scenario(load_scenario("u-sweep", overrides=changes).scenario, options=RunOptions(record=path))
+    recorded = Replay(path)
+    assert oil_names(recorded) == ["oil", "maya"]
+    last = list(oil_frames(recorded))[-1]
+    volumes = [float(last.volume[last.phase == number].sum()) for number in (0, 1)]
+    assert volumes == pytest.approx([1.2 * 1.0 * 0.16, 0.02], rel=0.01)
+    write_netcdf(recorded, tmp_path / "two.nc", Site(latitude=54.0, longitude=8.0))
+    with xarray.open_dataset(tmp_path / "two.nc", decode_times=False) as data:
+        mass = float(data.mass[-len(last.id) :].sum())
+    densities = [phase.rest_density for phase in recorded.run.phases if phase.is_oil]
+    assert densities[1] > densities[0] + 20.0
+    assert mass == pytest.approx(1e3 * np.dot(volumes, densities), rel=1e-5)
 
 
 def test_pipes_of_oil_become_parcels_also_by_order():

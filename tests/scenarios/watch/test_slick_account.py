@@ -109,13 +109,13 @@ def test_what_a_skimmer_has_taken_is_neither_shown_nor_in_the_protected_area() -
         whole, (x, y) = float(parcels.volume.sum()), parcels.position.mean(axis=0)
         everywhere = np.array([[-1e3, -1e3], [1e3, -1e3], [1e3, 1e3], [-1e3, 1e3]])
         assert volume_within(slick, everywhere) == pytest.approx(whole)
-        before = set(phase_of(slick, 0.0, 0.0).id.tolist())
+        before = set(phase_of(slick, 0, 0.0, 0.0).id.tolist())
         taken = oil.recover((float(x), float(y)), 1e3, 0.5 * whole)
         assert taken == pytest.approx(0.5 * whole)
-        shown = phase_of(slick, 0.0, 0.0)
+        shown = phase_of(slick, 0, 0.0, 0.0)
         assert volume_within(slick, everywhere) == pytest.approx(0.5 * whole)
         assert len(shown.position) == int(parcels.there().sum()) < len(before)
         assert np.linalg.norm(shown.position[:, :2] - [x, y], axis=1).min() > 0.5  # the nearest went first
         oil.recover((float(x), float(y)), 1e3, whole)
         assert volume_within(slick, everywhere) == 0.0
-        assert len(phase_of(slick, 0.0, 0.0).id) == 0
+        assert len(phase_of(slick, 0, 0.0, 0.0).id) == 0
