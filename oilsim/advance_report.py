@@ -16,7 +16,7 @@ from oilsim.step.step_result import StepResult
 class AdvanceReport:
     """The report of an advance.
 
-    time_step, iterations, density_error and divergence_error are means over the steps that ended in the advance. If no step ended, they
+    time_step, iterations, the errors of solves and crowding are means over the steps that ended in the advance. If no step ended, they
     are those of the last advance in which one did.
 
     sub_steps           number of steps that ended in the advance
@@ -24,6 +24,8 @@ class AdvanceReport:
     iterations          of the solves: density, divergence, viscosity
     density_error       mean compression of the positions that the density solve leaves [1]
     divergence_error    mean compression to which the velocities lead in a step, as the pressure solve leaves it [1]
+    viscosity_error     what the viscous solve leaves of the explicit change [1]
+    crowding            mean compression of liquid that fills its box [1], which no solve can change; 0 where a surface is free
     density_error_max   largest compression of a particle [1]
     stage_seconds       wall time by stage [s]
     asleep              number of particles that sleep at the end
@@ -36,6 +38,8 @@ class AdvanceReport:
     iterations: dict[str, float]
     density_error: float
     divergence_error: float
+    viscosity_error: float
+    crowding: float
     density_error_max: float
     stage_seconds: dict[str, float]
     asleep: int = 0
@@ -83,8 +87,7 @@ class Unreported:
             self.figures = {
                 "time_step": mean("time_step"),
                 "iterations": {kind: mean(f"{kind}_iterations") for kind in ("density", "divergence", "viscosity")},
-                "density_error": mean("density_error"),
-                "divergence_error": mean("divergence_error"),
+                **{name: mean(name) for name in ("density_error", "divergence_error", "viscosity_error", "crowding")},
                 "density_error_max": density_error_max,
             }
         report = AdvanceReport(

@@ -20,7 +20,7 @@ ROUNDING = 2.0**-24
 COARSEST = 1e-3
 # [d] from the origin, beyond which rounding moves particles by more than COARSEST; theory; COARSEST over ROUNDING
 FURTHEST = math.floor(COARSEST / ROUNDING)
-# [s] least time step that can be asked for; numerical; sound passes a spacing of 1 mm in 1e-6 s, and faster bodies end the run
+# [s] least time step that can be asked for; numerical; sound passes a spacing of 1 mm in 1e-6 s
 SHORTEST_STEP = 1e-9
 # [1] largest limit on iterations that can be asked for; numerical; a solve that has not ended by then will not
 MOST_ITERATIONS = 1_000_000

@@ -75,10 +75,12 @@ class PipeEmitter(LimitedAttributes):
         return time >= self.start and self.speed > 0.0 and not poured
 
     def emit(self, time: float, time_step: float) -> NDArray[np.float64]:
-        """Return the positions (n, 3) [m] of the particles that enter during a step of `time_step` [s] from `time` [s] on."""
+        """Return the positions (n, 3) [m] of the particles that have entered by `time` [s]; the jet goes on for `time_step` [s] then.
+
+        They are where the jet has brought them by then, so that layers lie a spacing apart whatever the steps are.
+        """
         if not self.is_running(time):
             return np.empty((0, 3))
-        self._travelled += self.speed * time_step
         layers = []
         while self._travelled >= self.spacing and self.particles_left != 0:
             self._travelled -= self.spacing
@@ -87,6 +89,7 @@ class PipeEmitter(LimitedAttributes):
                 layer = layer[: self.particles_left]
                 self.particles_left -= len(layer)
             layers.append(layer)
+        self._travelled += self.speed * time_step
         return np.concatenate(layers) if layers else np.empty((0, 3))
 
     @property

@@ -35,6 +35,7 @@ from oilsim.step.time_step import (
     pressure_head,
     relative_time_step,
     stable_time_step,
+    too_fast,
 )  # fmt: skip
 from oilsim.views import FluidView
 
@@ -267,7 +268,11 @@ class Fluid(FluidView):
         if self._relative_speed is not None:
             wanted = relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
         stable = stable_time_step(config.particle_spacing, config.dimension, pressure_head(self.tools, self.state))
-        return max(config.minimum_time_step, min(wanted, stable, config.capillary_time_step))
+        step = max(config.minimum_time_step, min(wanted, stable, config.capillary_time_step))
+        fault = too_fast(config.particle_spacing, fastest, step)
+        if fault:
+            raise FluidError(f"at t = {self.time:.6g} s {fault}")
+        return step
 
     def _keeps_step(self) -> bool:
         """Tell whether steps must end where advances do: bodies take part in them, or the liquid's deformation is not known yet."""
@@ -347,7 +352,7 @@ class Fluid(FluidView):
 
     def _report(self) -> AdvanceReport:
         report = self._unreported.report(
-            float(self.arrays.compression.max(initial=0.0)),
+            float(self.arrays.compression.max(initial=0.0)) + self.arrays.crowding,
             stage_seconds=dict(self.tools.seconds),
             asleep=self.state.asleep,
             budget=self._close_budget(),
@@ -360,7 +365,9 @@ class Fluid(FluidView):
         if budget is None:
             return None
         return budget.close(
-            self._duration, arrays.compression, arrays.surface if self.tools.constants.corrected else None
+            self._duration,
+            arrays.compression + np.float32(arrays.crowding),
+            arrays.surface if self.tools.constants.corrected else None,
         )
 
     def close(self) -> None:

@@ -142,6 +142,8 @@ def joint_report(reports: Sequence[AdvanceReport]) -> AdvanceReport:
         iterations={kind: max(one.iterations[kind] for one in reports) for kind in reports[0].iterations},
         density_error=max(one.density_error for one in reports),
         divergence_error=max(one.divergence_error for one in reports),
+        viscosity_error=max(one.viscosity_error for one in reports),
+        crowding=max((one.crowding for one in reports), key=abs),
         density_error_max=max(one.density_error_max for one in reports),
         stage_seconds=_summed([one.stage_seconds for one in reports]),
         asleep=sum(one.asleep for one in reports),

@@ -66,10 +66,11 @@ def split_step(
         apply_adhesion(tools, arrays, state, time_step)
         apply_tension(tools, arrays, state, time_step)
         operator = apply_last_pressure(tools, arrays, state, time_step)
-        viscosity_iterations = apply_viscosity(tools, arrays, state, viscous_step)
+        viscosity_iterations, viscosity_error = apply_viscosity(tools, arrays, state, viscous_step)
         divergence_iterations, divergence_error = project_velocity(tools, arrays, state, solver, operator)
         apply_wall_contact(tools, arrays, state, time_step)
     correction.give_back()
     return StepResult(
-        time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error
-    )
+        time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error,
+        viscosity_error, arrays.crowding,
+    )  # fmt: skip

@@ -45,7 +45,8 @@ class StepArrays:
         by_body (N,)             bool, whether a particle is one of them
     relaxation
         flow (N, 16)             velocity [m/s], weight [1], velocity gradient [1/s] (see `particle_sums`)
-        compression (N,)         sum V W - 1 [1]
+        compression (N,)         sum V W - 1 [1], less `crowding` once positions are relaxed
+        crowding                 mean compression of liquid that fills its box [1], 0 where a surface is free
         gradient_sum (3, N)      sum V grad W [1/m]
         matrix (N, 8)            Y of `gradient_correction` [1]
         near (N,)                uint8, 1 within reach of a free surface
@@ -79,6 +80,7 @@ class StepArrays:
         """Make room for the particles of a neighbourhood; the contents of the arrays are undefined."""
         count = len(neighborhood.points)
         self.neighborhood = neighborhood
+        self.crowding = 0.0
         self.compression, self.coverage, self.diagonal, self.openness = np.empty((4, count), np.float32)
         self.own, self.gradient_sum, self.wall_slope = np.empty((3, 3, count), np.float32)
         self.matrix: Real = np.zeros((count, 8), np.float32)

@@ -27,8 +27,8 @@ Bodies take part in a fluid's steps, so with moving bodies a whole number of equ
 has to happen at its end: a step goes on into the next advance, and particles are seen on their flight. Otherwise the 30 frames a second of
 `calm-spread` would cause a fifth of all its steps.
 
-No particle goes further than REACH d in a step. A particle that had no neighbour within the support then meets the next one at d or more,
-and crosses no wall unseen (see `wall_contact`).
+No particle goes further than REACH d in a step; a run whose shortest step would take one further ends. A particle that had no neighbour
+within the support then meets the next one at d or more, and crosses no wall unseen (see `wall_contact`).
 """
 
 from __future__ import annotations
@@ -183,6 +183,17 @@ def relative_time_step(
     deforming = math.inf if relative_speed == 0.0 else cfl * spacing / relative_speed
     shortest = cfl_time_step(spacing, largest_speed, cfl, minimum, maximum)
     return max(shortest, min(longest, deforming, maximum))
+
+
+def too_fast(spacing: float, largest_speed: float, time_step: float) -> str:
+    """Say that something would cross walls unseen in the shortest step [s] at its speed [m/s]; empty if nothing would. spacing d [m]."""
+    way = largest_speed * time_step / spacing
+    if way <= REACH * (1.0 + 1e-6):
+        return ""
+    return (
+        f"a particle or body moves at {largest_speed:.4g} m/s, {way:.3g} spacings in the shortest step of {time_step:g} s, allowed: "
+        f"{REACH:g} spacings, or a shorter minimum_time_step"
+    )
 
 
 def equal_steps(remaining: float, time_step: float) -> float:

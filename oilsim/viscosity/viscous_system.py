@@ -178,11 +178,11 @@ class ViscousSystem:
     def solve(
         self, velocity: Real, rest_density: Real, time_step: float, theta: float, bodies: ViscousResponse | None, tolerance: float,
         iterations: int, middle: Motion | None = None,
-    ) -> int:  # fmt: skip
-        """Make velocity (3, N) [m/s] implicit in place (Eq. 26, 27 with theta 1), and return the iterations used.
+    ) -> tuple[int, float]:  # fmt: skip
+        """Make velocity (3, N) [m/s] implicit in place (Eq. 26, 27 with theta 1); return the iterations used, and what is left.
 
-        rest_density (N,) [kg/m3]; time_step [s]; stops at `tolerance` [1] times the explicit change. middle: the motion (1 - theta) v_n +
-        theta v*, v_n before the forces of the step; None: they have changed nothing.
+        rest_density (N,) [kg/m3]; time_step [s]; stops when `tolerance` [1] of the explicit change is left. middle: the motion
+        (1 - theta) v_n + theta v*, v_n before the forces of the step; None: they have changed nothing.
         """
         dt = np.float32(theta * time_step)
         at = velocity if middle is None else middle.velocity
@@ -199,6 +199,7 @@ class ViscousSystem:
             )
             curvature = self._dot(direction, image)
             if not curvature > 0.0:  # too small for single precision
+                energy = 0.0
                 break
             step = np.float32(energy / curvature)
             velocity += step * direction
@@ -208,7 +209,7 @@ class ViscousSystem:
             direction *= np.float32(energy / before)
             direction += scaled
             used += 1
-        return used
+        return used, math.sqrt(max(energy, 0.0) / first) if first > 0.0 else 0.0
 
     def _precondition(self, residual: Real, rest_density: Real, time_step: np.float32, result: Real) -> None:
         arguments = (self.stiffness.block, rest_density, time_step, residual, result)

@@ -22,6 +22,7 @@ from scenarios.setup.fill_lattice import misfits
 from scenarios.watch.boom_score import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
+CROWDED = 0.02  # [1] mean compression of liquid in a closed box that is said; as it is filled, a box has less
 DRAGGED = 0.1  # [m] that an anchor moves before it is said to drag; an anchor that takes hold moves as far
 
 
@@ -83,13 +84,20 @@ class Remarks:
             yield text, Notice(text, level="info", source="oilsim")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
+        left, fluid = "a mean compression", self._fluid
         solves = {
-            "density": (report.density_error, self._fluid.density_tolerance, "passes"),
-            "divergence": (report.divergence_error, self._fluid.divergence_tolerance, "products"),
+            "density": (report.density_error, fluid.density_tolerance, "passes", left),
+            "divergence": (report.divergence_error, fluid.divergence_tolerance, "products", left),
+            "viscosity": (report.viscosity_error, fluid.viscosity_tolerance, "iterations", "a share of the drag left"),
         }
-        for name, (error, tolerance, unit) in solves.items():
+        if report.crowding > CROWDED:
+            yield (
+                "fluid crowded",
+                f"liquid that fills its box is pressed together by {100.0 * report.crowding:.1f} % (reported once)",
+            )
+        for name, (error, tolerance, unit, left) in solves.items():
             if error > TOLD * tolerance:
-                text = f"stopped after {report.iterations[name]:.0f} {unit} per step with a mean compression of {error:.2g}"
+                text = f"stopped after {report.iterations[name]:.0f} {unit} per step with {left} of {error:.2g}"
                 keys = f"fluid.{name}_tolerance is {tolerance:.2g}, fluid.{name}_iterations {getattr(self._fluid, f'{name}_iterations')}"
                 yield f"fluid {name}", f"{text}; {keys} (reported once)"
 

@@ -8,6 +8,7 @@ import pytest
 from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
 from oilsim.emitter import PipeEmitter
 from oilsim.initial_conditions import block
+from oilsim.solver import FluidError
 
 SPACING = 0.1
 SIDES = ("-x", "+x", "-y", "+y", "-z")
@@ -134,3 +135,21 @@ def test_what_landing_does_is_in_the_next_report(make_fluid):
     assert report.removed == {}
     later = fluid.advance(1e-4)
     assert (later.removed, later.sub_steps) == ({"water": 1}, 1)
+
+
+@pytest.mark.parametrize(("speed", "ends"), [(50.0, False), (400.0, True)])
+def test_what_would_cross_a_wall_in_the_shortest_step_ends_the_run(make_fluid, speed, ends):
+    """In the shortest step of 0.1 ms 50 m/s is half a spacing of 1 cm, and 400 m/s four."""
+    fluid = make_fluid(particle_spacing=0.01, dimension=2, lower=(-0.2,) * 3, upper=(1.2,) * 3)
+    fluid.add_boundary(tank_walls((0, 0, 0), (1, 0, 1), 0.01, sides=("-x", "+x", "-z", "+z"), dimension=2))
+    fluid.add_particles(block((0.3, 0, 0.4), (0.4, 0, 0.5), 0.01, 2), phase="water", velocity=(-speed, 0.0, 0.0))
+    if ends:
+        with pytest.raises(
+            FluidError, match=r"moves at 400 m/s, 4 spacings in the shortest step of 0\.0001 s, allowed: 1\.75"
+        ):
+            fluid.advance(0.001)
+    else:
+        for _ in range(5):
+            fluid.advance(0.001)
+        assert fluid.particle_count == 100
+        assert fluid.state.position[0].min() > 0.0

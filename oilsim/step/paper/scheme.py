@@ -42,11 +42,13 @@ def paper_step(tools: StepTools, arrays: StepArrays, state: FluidState, time_ste
     apply_adhesion(tools, arrays, state, time_step)
     divergence_iterations, divergence_error = correct_velocity(tools, arrays, state, time_step)
     state.pressure_impulse += pushed
-    viscosity_iterations = apply_viscosity(tools, arrays, state, begin_viscosity(tools, state, time_step))
+    viscous_step = begin_viscosity(tools, state, time_step)
+    viscosity_iterations, viscosity_error = apply_viscosity(tools, arrays, state, viscous_step)
     _meet_walls(tools, arrays, state, time_step)
     return StepResult(
-        time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error
-    )
+        time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error,
+        viscosity_error,
+    )  # fmt: skip
 
 
 def _meet_walls(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:

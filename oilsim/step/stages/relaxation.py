@@ -142,14 +142,16 @@ def confinement(state: FluidState, near: int) -> Confinement:
 def mean_compression(arrays: StepArrays, state: FluidState) -> float:
     """Return the mean of (C_i)+ [1] over the particles that move.
 
-    Liquid that fills a box has a given mean density. There the mean of C_i inside is first subtracted from the compression, in place.
+    Liquid that fills a box has a given mean density. There the mean of C_i inside, the crowding, is first subtracted from the compression,
+    in place.
     """
-    compression = arrays.compression
+    compression, arrays.crowding = arrays.compression, 0.0
     if state.confinement != Confinement.OPEN:
         inside = (
             compression
             if state.confinement == Confinement.FILLED
             else compression[arrays.surface == FreeSurface.INSIDE]
         )
-        compression -= inside.mean(dtype=np.float64).astype(np.float32)
+        arrays.crowding = float(inside.mean(dtype=np.float64))
+        compression -= np.float32(arrays.crowding)
     return float(np.maximum(compression[: state.awake], 0.0).mean(dtype=np.float64))

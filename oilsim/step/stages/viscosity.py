@@ -36,30 +36,30 @@ def begin_viscosity(tools: StepTools, state: FluidState, time_step: float) -> Vi
     return ViscousStep(due, start)
 
 
-def apply_viscosity(tools: StepTools, arrays: StepArrays, state: FluidState, step: ViscousStep) -> int:
-    """Let viscosity act on velocities; returns the iterations of the implicit solve, 0 for an explicit step.
+def apply_viscosity(tools: StepTools, arrays: StepArrays, state: FluidState, step: ViscousStep) -> tuple[int, float]:
+    """Let viscosity act on velocities; returns the iterations of the implicit solve and what it leaves [1], both 0 for an explicit step.
 
     Liquids so thin that a step changes nothing are owed it (see `deferred_viscosity`). step: as from `begin_viscosity`.
     """
     due, start = step
     state.viscous_time = due.owed
     if due.span == 0.0:
-        return 0
+        return 0, 0.0
     with tools.stage("viscosity"):
         system = viscous_system(tools, arrays, state, due.matrix)
-        explicit, theta, used = _is_explicit(tools, due), _theta(tools, due), 0
+        explicit, theta, solved = _is_explicit(tools, due), _theta(tools, due), (0, 0.0)
         bodies = _viscous_response(tools, arrays, system, due.span, theta)
         if explicit:
             system.explicit(state.velocity, arrays.rest_density, due.span, bodies)
         else:
             middle = None if start is None else start.towards(Motion(state.velocity, tools.walls.twists()), theta)
-            used = system.solve(
+            solved = system.solve(
                 state.velocity, arrays.rest_density, due.span, theta, bodies, tools.config.viscosity_tolerance,
                 tools.config.viscosity_iterations, middle,
             )  # fmt: skip
         if bodies is not None:
             bodies.hand_over(state.velocity, explicit)
-    return used
+    return solved
 
 
 def _due(tools: StepTools, state: FluidState, time_step: float) -> Due:

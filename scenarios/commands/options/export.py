@@ -1,4 +1,4 @@
-"""What the subcommands that read a recording share: opening it, and checks of their options."""
+"""Open a recording for a subcommand, and check the options that such subcommands share."""
 
 from __future__ import annotations
 

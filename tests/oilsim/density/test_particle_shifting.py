@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.density.particle_shifting import (
     INERTIA,
     Relaxation,
@@ -309,3 +310,19 @@ def test_nothing_is_pushed_into_a_wall_that_it_has_reached():
     np.testing.assert_allclose(pushed((1.0, 2.0, 0.5), 0.0, 0.4), (1.0, 2.0, 0.5), atol=1e-6)
     # its own multiplier, which would draw it there, counts as a push
     np.testing.assert_allclose(pushed((0.0, 1.0, 0.0), 0.1, 0.6), (0.0, 1.0, 0.0), atol=1e-6)
+
+
+def test_a_box_with_a_tenth_too_many_particles_tells_how_it_is_pressed_together(make_fluid):
+    """440 particles in a closed plane box of 400: no solve can change their mean, and report and ledger have it all the same."""
+    fluid = make_fluid(particle_spacing=0.1, dimension=2, lower=(-0.5,) * 3, upper=(2.5,) * 3, gravity=(0.0, 0.0, 0.0))
+    fluid.add_boundary(tank_walls((0, 0, 0), (2, 0, 2), 0.1, sides=("-x", "+x", "-z", "+z"), dimension=2))
+    points = block((0, 0, 0), (2.2, 0, 2), 0.1, 2)
+    points[:, 0] /= 1.1
+    fluid.add_particles(points, phase="water")
+    fluid.watch()
+    for _ in range(10):
+        report = fluid.advance(0.02)
+    assert report.crowding == pytest.approx(0.1, abs=0.02)  # walls press with the density of the lattice
+    assert report.density_error < 1e-3
+    assert report.crowding < report.density_error_max < report.crowding + 0.03
+    assert report.budget.compression.mean == pytest.approx(report.crowding, abs=1e-3)

@@ -202,8 +202,24 @@ def test_no_slip_walls_stop_a_thick_liquid_and_free_slip_walls_do_not(make_fluid
     assert speeds[True] == pytest.approx(0.1 * 8 / np.pi**2 / (1.0 + 0.01 * rate) ** 5, rel=0.1)
 
 
+@pytest.mark.parametrize(("limit", "ends"), [(3, False), (200, True)])
+def test_what_a_solve_leaves_is_told(make_fluid, limit, ends):
+    fluid = waving(make_fluid, 16, 10.0, viscosity_iterations=limit)
+    fluid.state.velocity[0] += np.float32(0.1) * np.sign(
+        fluid.state.position[0] - 0.3
+    )  # a jump, which takes many iterations
+    step = begin_viscosity(fluid.tools, fluid.state, 0.1)
+    iterations, left = apply_viscosity(fluid.tools, fluid.arrays, fluid.state, step)
+    assert (iterations < limit) == ends
+    assert (0.0 < left <= fluid.config.viscosity_tolerance) == ends
+    assert left > 0.0
+
+
 def test_motion_too_slow_for_single_precision_is_left_alone(make_fluid):
     fluid = waving(make_fluid, 16, 10.0)
     fluid.state.velocity *= np.float32(1e-21)
-    assert apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, 0.1)) <= 2
+    step = begin_viscosity(fluid.tools, fluid.state, 0.1)
+    iterations, left = apply_viscosity(fluid.tools, fluid.arrays, fluid.state, step)
+    assert iterations <= 2
+    assert left == 0.0
     assert np.isfinite(fluid.state.velocity).all()

@@ -49,6 +49,25 @@ def test_solves_that_miss_their_tolerance_and_bodies_that_leave_are_told_once() 
     assert found["body ball"] == "has left the tank through its open side +x"
 
 
+def test_a_viscous_solve_that_stops_early_is_told() -> None:
+    tar = {"water": {"density": 1000.0, "dynamic_viscosity": 1e5}}
+    fluid = {"particle_spacing": 0.05, "viscosity_iterations": 3, "viscosity_tolerance": 1e-5}
+    ((source, text),) = said(build(scenario_from(SHELF | {"phases": tar, "fluid": fluid, "bodies": {}})), 10)
+    assert source == "fluid viscosity"
+    assert text.startswith("stopped after 3 iterations per step with a share of the drag left of ")
+    assert "fluid.viscosity_tolerance is 1e-05, fluid.viscosity_iterations 3" in text
+
+
+def test_a_pipe_that_pours_into_a_full_box_is_told() -> None:
+    """A closed box of 0.5 x 0.5 x 0.5 m, full, into which 5 litres more are poured: 4 % more than it holds."""
+    box = {"lower": [0.0, 0.0, 0.0], "upper": [0.5, 0.5, 0.5]}
+    fill = {"all": {"shape": "block", "phase": "water", **box}}
+    pipe = {"phase": "water", "mouth": [0.25, 0.25, 0.3], "radius": 0.08, "speed": 2.5, "volume": 0.005}
+    full = {"fluid": {"particle_spacing": 0.05}, "bodies": {}, "tank": box, "fill": fill, "emitters": {"pipe": pipe}}
+    told = dict(said(build(scenario_from(SHELF | full)), 20))
+    assert "liquid that fills its box is pressed together by" in told["fluid crowded"]
+
+
 def test_run_that_keeps_its_tolerances_is_not_remarked_on() -> None:
     calm = {"fluid": {"particle_spacing": 0.05}, "bodies": {}}
     assert said(build(scenario_from(SHELF | calm)), 10) == []
