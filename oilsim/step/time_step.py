@@ -188,7 +188,7 @@ def relative_time_step(
 def too_fast(spacing: float, largest_speed: float, time_step: float) -> str:
     """Say that something would cross walls unseen in the shortest step [s] at its speed [m/s]; empty if nothing would. spacing d [m]."""
     way = largest_speed * time_step / spacing
-    if way <= REACH * (1.0 + 1e-6):
+    if way <= REACH * (1.0 + 1e-6) or not math.isfinite(way):  # of what is not finite the advance names the particle
         return ""
     return (
         f"a particle or body moves at {largest_speed:.4g} m/s, {way:.3g} spacings in the shortest step of {time_step:g} s, allowed: "
