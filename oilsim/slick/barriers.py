@@ -276,14 +276,15 @@ class Barriers:
         return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
     def encloses(self, points: Array) -> NDArray[np.bool_]:
-        """Tell which points (N, 2) [m] lie inside an outline, by the number of sides that a ray crosses."""
-        inside = np.zeros(len(points), np.bool_)
+        """Tell which points (N, 2) [m] lie inside an outline or more, by the number of sides of each that a ray crosses."""
+        inside = np.zeros((self.owner.max(initial=-1) + 1, len(points)), np.bool_)
         for segment in np.flatnonzero(~self.is_boom):
             (x0, y0), (x1, y1) = self.start[segment], self.end[segment]
             spans = (y0 > points[:, 1]) != (y1 > points[:, 1])
             with np.errstate(divide="ignore", invalid="ignore"):
-                inside ^= spans & (points[:, 0] < x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0))
-        return inside
+                left = points[:, 0] < x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0)
+            inside[self.owner[segment]] ^= spans & left
+        return np.asarray(inside.any(axis=0))
 
     def save_state(self) -> dict[str, Any]:
         """Return where the barriers are, which joints have parted, and how booms sit in the water."""

@@ -108,18 +108,28 @@ def _rank_correlation(outcomes: Sequence[Outcome], name: str, values: Sequence[f
 def _draw(axes: Axes, key: str, values: Sequence[float], outcomes: Sequence[Outcome]) -> None:
     """Draw one figure, with a line for each combination of the other varied entries."""
     varied = next(iter(outcomes[0].variant.values))
-    lines: dict[str, list[tuple[str, float]]] = {}
-    for outcome, value in zip(outcomes, values, strict=True):
-        first, *others = outcome.variant.values.items()
-        of_line = lines.setdefault(", ".join(f"{name} = {text}" for name, text in others), [])
-        if not math.isnan(value):
-            of_line.append((first[1], value))
-    is_measured = all(_is_number(outcome.variant.values[varied]) for outcome in outcomes)
-    for name, points in lines.items():
-        places = [float(value) if is_measured else value for value, _ in points]
-        axes.plot(places, [figure for _, figure in points], marker="o", label=name)
+    for name, points in lines_of(values, outcomes).items():
+        axes.plot([place for place, _ in points], [figure for _, figure in points], marker="o", label=name)
     axes.set_title(figure_in_words(key), loc="left", fontsize=9.5)
     axes.set_xlabel(entry_in_words(outcomes[0].variant.plan.scenario, varied))
+
+
+def lines_of(
+    values: Sequence[float], outcomes: Sequence[Outcome]
+) -> dict[str, list[tuple[float, float]] | list[tuple[str, float]]]:
+    """Return the points of a figure's lines, by the other varied entries: the first entry and the figure, in their units.
+
+    Numbers are in increasing order, as samples are not; words keep theirs. Values (N,) of the runs, NaN where there is none.
+    """
+    lines: dict[str, list[tuple[str, float]]] = {}
+    for outcome, value in zip(outcomes, values, strict=True):
+        (_, place), *others = outcome.variant.values.items()
+        of_line = lines.setdefault(", ".join(f"{name} = {text}" for name, text in others), [])
+        if not math.isnan(value):
+            of_line.append((place, value))
+    if not all(_is_number(next(iter(outcome.variant.values.values()))) for outcome in outcomes):
+        return dict(lines)
+    return {name: sorted((float(place), value) for place, value in points) for name, points in lines.items()}
 
 
 def _is_number(text: str) -> bool:

@@ -100,6 +100,14 @@ def test_nothing_leaves_a_ring_that_moves_and_bends(seed):
     assert (~inside).sum() > 500
 
 
+def test_what_lies_in_two_outlines_lies_inside():
+    """Two islands that overlap: by one count of all their sides the part in both would be water."""
+    first, second = (np.array([(x, 0), (x + 4, 0), (x + 4, 4), (x, 4)]) for x in (0.0, 2.0))
+    both = Barriers([Outline(name=name, nodes=one, capacity=0.0) for name, one in (("a", first), ("b", second))])
+    points = np.array([[1.0, 1.0], [3.0, 1.0], [5.0, 1.0], [7.0, 1.0], [-1.0, 1.0]])
+    assert both.encloses(points).tolist() == [True, True, True, False, False]
+
+
 @pytest.mark.parametrize("angle", [10.0, 2.0, 0.6])
 def test_stopped_parcels_stay_on_their_side_of_sharp_corners(angle):
     """Beside a segment that folds back at a sharp corner, a parcel never lies beyond the other leg."""

@@ -10,7 +10,7 @@ import pytest
 
 from scenarios.cli import main
 from scenarios.problems import ScenarioError
-from scenarios.sweeps.chart import _rank_correlation, draw_sweep, drawn_figures
+from scenarios.sweeps.chart import _rank_correlation, draw_sweep, drawn_figures, lines_of
 from scenarios.sweeps.loss_map import draw_loss_map, lost_share
 from scenarios.sweeps.results import Outcome, write_parquet
 from scenarios.sweeps.sampling import Range, parse_range, samples
@@ -90,6 +90,16 @@ def test_parquet_holds_numbers_and_the_tornado_finds_what_moves_a_figure(tmp_pat
     assert abs(_rank_correlation(found, DENSITY.key, lost)) < 0.9
     draw_sweep(found, tmp_path / "sweep.png")
     assert (tmp_path / "sweep.png").stat().st_size > 5000
+
+
+def test_lines_over_a_sampled_entry_do_not_run_to_and_fro() -> None:
+    found = outcomes()
+    names = [one.variant.values[SPEED.key] for one in found]
+    assert names != sorted(names, key=float)  # as they are drawn
+    for one in found:
+        del one.variant.values[DENSITY.key]
+    (points,) = lines_of([one.figures()["oil_m3.lost"] for one in found], found).values()
+    assert points == [(speed, pytest.approx(speed**3)) for speed in sorted(map(float, names))]
 
 
 def test_panels_are_of_figures_that_say_something_new() -> None:
