@@ -16,7 +16,7 @@ from scenarios.schema.parsing.overrides import merged, parse_override, with_over
 from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import COMPASS, structure
 from scenarios.schema.window import ALONE, WindowTable, tables_by_name
-from scenarios.text.toml import read_toml
+from scenarios.text.toml import read_toml_file
 
 LEVELS = ("easy", "hard")  # beside the scenario as it stands, which is "normal"
 
@@ -57,9 +57,10 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
     """
     path = find_scenario(source)
     try:
-        text = path.read_text(encoding="utf-8")
-        data = read_toml(text)
-    except (OSError, ValueError) as cause:
+        text, data = read_toml_file(path)
+    except OSError as cause:
+        raise ScenarioError([Problem("", f"cannot be read: {cause.strerror or cause}")], str(path)) from cause
+    except ValueError as cause:
         raise ScenarioError([Problem("", f"cannot be read: {cause}")], str(path)) from cause
     if demo and "demo" not in data:
         raise ScenarioError(

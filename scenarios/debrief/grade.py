@@ -22,7 +22,7 @@ from scenarios.debrief.boom_history import BoomHistory
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.criteria import CRITERIA_OF, LIMITS, CriterionSettings, Statistic, criteria_problems, limits_of
 from scenarios.schema.parsing.structuring import structure
-from scenarios.text.toml import read_toml
+from scenarios.text.toml import read_toml_file
 
 Array = NDArray[np.float64]
 Verdict = Literal["met", "partly met", "missed"]
@@ -278,10 +278,10 @@ def read_criteria(path: Path) -> dict[str, CriterionSettings]:
     Raises ScenarioError with everything that is wrong in the file.
     """
     try:
-        tables = read_toml(path.read_text(encoding="utf-8"))
+        _, tables = read_toml_file(path)
     except OSError as error:
         raise ScenarioError([Problem("file", f"cannot be read: {error.strerror or error}")], str(path)) from error
-    except (ValueError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise ScenarioError([Problem("file", f"is not valid TOML: {error}")], str(path)) from error
     return criteria_from(tables, str(path))
 
