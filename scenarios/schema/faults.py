@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from oilsim.quantity import quantity
-from scenarios.problems import Problem
+from scenarios.problems import Problem, unknown
+from scenarios.schema.fmu_settings import ORDER_BOARD, PREFIX, READING_BOARD
 from scenarios.schema.parsing.quantity_fields import Section
 
 ParticipantsFault = Literal[
@@ -19,7 +20,7 @@ ParticipantsFault = Literal[
 class ParticipantFault(Section):
     """A participant fails in the communication step that contains the time `at`.
 
-    name   ``fluid``, ``bodies``, the name of an FMU, or a vessel's helmsman, such as ``port-control``
+    name   ``fluid``, ``bodies``, an FMU, such as ``fmus.winch``, or a vessel's helmsman, such as ``port-control``
     fault  "early return": it stops half way and is called again; "discard": it refuses a step of full length; "error": it cannot go on;
            "exception": it raises; "nan": its outputs are no numbers; "late": it says that it came further than asked; "wrong unit": its
            outputs are 1000 times too large from then on; "hang": an FMU's process never comes back, another participant stalls for half a
@@ -62,10 +63,46 @@ class ViewerFault(Section):
 FaultSettings = ParticipantFault | LineFault | ViewerFault
 
 
-def fault_problems(faults: Mapping[str, FaultSettings], duration: float | None) -> Iterator[Problem]:
-    """Yield problems of faults that would never come in a run of `duration` [s]."""
+def fault_problems(
+    faults: Mapping[str, FaultSettings], duration: float | None, participants: Collection[str]
+) -> Iterator[Problem]:
+    """Yield problems of faults that would never come in a run of `duration` [s], which has these `participants`."""
     for name, fault in faults.items():
+        if isinstance(fault, ParticipantFault):
+            yield from (problem.below(name) for problem in _participant_problems(fault, participants))
         if duration is not None and fault.at >= duration:
             yield Problem(
                 f"{name}.at", f"is {fault.at:g} s, allowed: before the run's end, run.duration = {duration:g} s"
             )
+
+
+def participants_of(names: Mapping[str, Collection[str]], *, has_particles: bool, has_wind: bool) -> tuple[str, ...]:
+    """Name what may take part in a run with these entries by table; whether its bodies move, and its sea has oil, a run knows itself."""
+    solids = any(names[table] for table in ("bodies", "vessels", "booms"))
+    return (
+        "fluid",
+        *(["bodies"] if solids else []),
+        *(["wind"] if solids and has_wind else []),
+        *([] if has_particles else ["slick"]),
+        *(f"{name}-control" for name in names["vessels"]),
+        *(f"skimmers/{name}" for name in names["skimmers"]),
+        *(PREFIX + name for name in names["fmus"]),
+        *([ORDER_BOARD, READING_BOARD] if names["fmus"] else []),
+    )
+
+
+def line_fault_problems(faults: Mapping[str, FaultSettings], lines: Collection[str]) -> Iterator[Problem]:
+    """Yield faults of lines and joints that a run with these `lines` does not have."""
+    for name, fault in faults.items():
+        if isinstance(fault, LineFault) and fault.name not in lines:
+            text = f"is {fault.name!r}, which {unknown(fault.name, lines, 'line or joint of this run')}"
+            yield Problem(f"faults.{name}.name", text)
+
+
+def _participant_problems(fault: ParticipantFault, participants: Collection[str]) -> Iterator[Problem]:
+    if fault.name not in participants:
+        yield Problem("name", f"is {fault.name!r}, which {unknown(fault.name, participants, 'participant of this run')}")
+    elif fault.fault == "crash" and not fault.name.startswith(PREFIX):
+        fmus = [name for name in participants if name.startswith(PREFIX)]
+        said = f"is 'crash' of {fault.name!r}, allowed: of an FMU, which has a process of its own"
+        yield Problem("fault", f"{said}: {', '.join(fmus) or 'this scenario has none'}")

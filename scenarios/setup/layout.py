@@ -17,6 +17,7 @@ from recordings.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import joint_name
+from scenarios.schema.faults import line_fault_problems
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.at_sea.build_sea import build_sea
@@ -88,6 +89,8 @@ def lay_out(scenario: Scenario) -> Layout:
     # windows meet fixed bodies by their poses in the world too
     met = coupled or (scenario.run.detail == "window" and any(solid.wetted for solid in solids))
     world = _world(scenario, solids, fleet, problems) if met else None
+    lines = () if world is None else (*world.lines.names, *world.joint_names)
+    problems += line_fault_problems(scenario.faults, lines)
     sea = _sea(scenario, problems)
     if problems:
         raise ScenarioError(problems, scenario.name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -104,18 +105,21 @@ def test_run_of_the_command_ends_as_promised(tmp_path: Path, of: str, code: int,
 @pytest.mark.parametrize(
     ("of", "terms", "message"),
     [
-        ("participant", {"name": "winch", "fault": "error"}, "'winch', which does not take part, allowed: .*bodies"),
-        ("participant", {"name": "bodies", "fault": "crash"}, "allowed: for an FMU in a process of its own"),
+        ("participant", {"name": "winch", "fault": "error"}, r"faults\.planned\.name is 'winch', which is no participant of this run, allowed: .*bodies"),
+        ("participant", {"name": "bodies", "fault": "crash"}, r"faults\.planned\.fault is 'crash' of 'bodies', allowed: of an FMU, which has a process of its own: this scenario has none"),
         ("participant", {"name": "bodies", "fault": "tired"}, r"faults\.planned\.fault is 'tired', allowed: "),
-        ("line", {"name": "tow"}, "line 'tow' that is to part does not exist, allowed: .*boom/main/joint-04"),
+        ("line", {"name": "tow"}, r"faults\.planned\.name is 'tow', which is no line or joint of this run, allowed: .*boom/main/joint-04"),
         ("viewer", {"fault": "nan"}, r"faults\.planned\.fault is 'nan', allowed: "),
     ],
 )
 def test_faults_that_cannot_come_are_refused(
-    scenario_run: Runs, tmp_path: Path, of: str, terms: dict[str, str], message: str
+    scenario_run: Runs, tmp_path: Path, of: str, terms: dict[str, str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(ScenarioError, match=message):
         scenario_run(failing_tow(tmp_path, of, **terms)).run()
+    for command in ("check", "run"):
+        assert main([command, str(tmp_path / "tow.toml")]) == 2
+        assert re.search(message, capsys.readouterr().err)
 
 
 def test_fault_after_the_end_is_refused(scenario_run: Runs, tmp_path: Path) -> None:
