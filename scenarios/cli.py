@@ -31,8 +31,8 @@ from scenarios.commands import (
 )  # fmt: skip
 from scenarios.commands.catalogues import booms, oils
 from scenarios.commands.fmus import build_fmu, export_fmu, signals
-from scenarios.exit_codes import BAD_INPUT, INTERRUPTED
-from scenarios.problems import ScenarioError
+from scenarios.exit_codes import BAD_INPUT, DONE, INTERRUPTED
+from scenarios.problems import Problem, ScenarioError
 
 COMMANDS = (
     list, new, oils, booms, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
@@ -55,9 +55,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for library in ("OPENBLAS", "OMP", "MKL"):
         # The matrices here are small; threads of a linear algebra library would only take cores from the fluid.
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    options = command_parser().parse_args(_with_negative_values(sys.argv[1:] if arguments is None else arguments))
+    given = _with_negative_values(sys.argv[1:] if arguments is None else arguments)
+    parser = command_parser()
+    options = parser.parse_args(given)
     try:
-        return int(options.command(options))
+        _require_once(parser, given)
+        code = int(options.command(options))
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:  # the reader, such as `head`, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
     except ScenarioError as error:
         print(error, file=sys.stderr)
         return BAD_INPUT
@@ -73,6 +81,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _require_once(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    """Raise ScenarioError for an option that is given twice and takes one value; argparse would keep the last without a word."""
+    of_commands = next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    parser_of = of_commands.choices[next(argument for argument in arguments if argument in of_commands.choices)]
+    options = {word: action for action in parser_of._actions for word in action.option_strings}
+    written = [argument.partition("=")[0] for argument in arguments if argument.startswith("--") and argument != "--"]
+    meant = [
+        word if word in options else next((name for name in options if name.startswith(word)), "") for word in written
+    ]
+    twice = sorted(
+        {name for name in meant if meant.count(name) > 1 and isinstance(options.get(name), argparse._StoreAction)}
+    )
+    if twice:
+        raise ScenarioError([Problem(name, "is given twice, allowed: once") for name in twice], "oilsim")
 
 
 def _with_negative_values(arguments: Sequence[str]) -> Sequence[str]:

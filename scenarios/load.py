@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, get_args
 
 from scenarios.cross_checks import NAMED_TABLES, Parts, problems_between
-from scenarios.problems import Problem, ScenarioError, suggestion
+from scenarios.problems import Problem, ScenarioError, suggestion, unknown
 from scenarios.scenario import Scenario
 from scenarios.schema.parsing.compass import without_compass
 from scenarios.schema.parsing.overrides import merged, parse_override, with_override
@@ -49,7 +49,7 @@ def find_scenario(source: str | Path) -> Path:
     raise ScenarioError([Problem(f"scenario {str(source)!r}", text)], "oilsim")
 
 
-def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bool = False) -> LoadedScenario:
+def load_scenario(source: str | Path, *, overrides: Sequence[str] = (), demo: bool = False) -> LoadedScenario:
     """Read, change and check a scenario.
 
     `overrides` are texts such as ``phases.oil.dynamic_viscosity=0.1``; `demo` applies the file's [demo] table first. Raises ScenarioError
@@ -70,7 +70,8 @@ def load_scenario(source: str | Path, *, overrides: Iterable[str] = (), demo: bo
     try:
         scenario = scenario_from(_changed(data, overrides, demo), folder=path.parent)
     except ScenarioError as error:
-        raise ScenarioError([*error.problems, *_variant_problems(data, path, demo)], str(path)) from error
+        found = _without_newcomers(error.problems, data, overrides)
+        raise ScenarioError([*found, *_variant_problems(data, path, demo)], str(path)) from error
     problems = _variant_problems(data, path, demo)
     if problems:
         raise ScenarioError(problems, str(path))
@@ -90,13 +91,33 @@ def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenar
     raise ScenarioError([*problems, *problems_between(Parts(names=names, given=frozenset(data), **parts))])
 
 
+def _without_newcomers(problems: Sequence[Problem], data: Mapping[str, Any], overrides: Sequence[str]) -> list[Problem]:
+    """Say once that --set names an entry that the file does not have, in the place of all that a new entry would lack."""
+    levels = data.get("levels")
+    variants = [data, data.get("demo"), *(levels.values() if isinstance(levels, Mapping) else ())]
+    left = list(problems)
+    for override in overrides:
+        table, name, *rest = [*override.partition("=")[0].split("."), "", ""]
+        place = f"{table}.{name}"
+        there = [one[table] for one in variants if isinstance(one, Mapping) and isinstance(one.get(table), Mapping)]
+        known = list(dict.fromkeys(entry for entries in there for entry in entries))
+        lacks = [one for one in left if one.path.startswith(f"{place}.") and one.text.startswith("is missing")]
+        if table in NAMED_TABLES and any(rest) and name not in known and lacks:
+            one = Problem(
+                f"--set {override.partition('=')[0]}",
+                f"names {name!r}, which {unknown(name, known, f'entry of {table}')}",
+            )
+            left = [one, *(other for other in left if not other.path.startswith(f"{place}."))]
+    return left
+
+
 def _field_of(problem: Problem) -> str:
     """Return the path of the field that a compass course would give, which is not missing for itself."""
     table, _, key = problem.path.rpartition(".")
     return f"{table}.{COMPASS[key]}"
 
 
-def _changed(data: dict[str, Any], overrides: Iterable[str], demo: bool) -> dict[str, Any]:
+def _changed(data: dict[str, Any], overrides: Sequence[str], demo: bool) -> dict[str, Any]:
     """Apply the [demo] table and then the overrides to the data."""
     if demo and isinstance(data.get("demo"), Mapping):
         data = merged(data, data["demo"])

@@ -132,10 +132,8 @@ def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
         for name, what in (("picture", "needs a recording"), ("live", "needs a recording")):
             if getattr(options, name):
                 yield Problem(f"--{name}", f"{what}, allowed: only without --no-record")
-    for name in ("until", "at"):
-        seconds = getattr(options, name)
-        if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
-            yield Problem(f"--{name}", f"is {seconds} s, allowed: above 0 s")
+    if options.at is not None and not (math.isfinite(options.at) and options.at > 0.0):
+        yield Problem("--at", f"is {options.at} s, allowed: above 0 s")
     if options.pace is not None and not (math.isfinite(options.pace) and options.pace > 0.0):
         yield Problem("--pace", f"is {options.pace}, allowed: above 0, for example 1 for real time")
     if options.resume is None and options.scenario is None:

@@ -101,7 +101,9 @@ def line_fault_problems(faults: Mapping[str, FaultSettings], lines: Collection[s
 
 def _participant_problems(fault: ParticipantFault, participants: Collection[str]) -> Iterator[Problem]:
     if fault.name not in participants:
-        yield Problem("name", f"is {fault.name!r}, which {unknown(fault.name, participants, 'participant of this run')}")
+        yield Problem(
+            "name", f"is {fault.name!r}, which {unknown(fault.name, participants, 'participant of this run')}"
+        )
     elif fault.fault == "crash" and not fault.name.startswith(PREFIX):
         fmus = [name for name in participants if name.startswith(PREFIX)]
         said = f"is 'crash' of {fault.name!r}, allowed: of an FMU, which has a process of its own"

@@ -7,9 +7,17 @@ import re
 from rich.console import Console
 
 
+class _Terminal(Console):
+    """A console that lets the command end in order when its reader closes the pipe; rich itself would end it as failed."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise BrokenPipeError, which the command takes for an end."""
+        raise BrokenPipeError
+
+
 def terminal(*, stderr: bool = False) -> Console:
     """Create a console that shows texts as they are; rich would read ``[/red]`` and ``:sun:`` in titles as its own markup."""
-    return Console(stderr=stderr, markup=False, emoji=False)
+    return _Terminal(stderr=stderr, markup=False, emoji=False)
 
 
 def flowing(text: str) -> str:

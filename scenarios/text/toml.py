@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 _PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
-_OPEN_QUOTE = ("Illegal character '\\n'", "Unterminated string", "Expected \"'\"", 'Expected "\'\'\'"')
+_OPEN_QUOTE = ("Illegal character '\\n'", "Unterminated string", 'Expected "\'"', "Expected \"'''\"")
 
 
 def read_toml_file(path: Path) -> tuple[str, dict[str, Any]]:

@@ -20,7 +20,9 @@ def test_a_file_loads_with_a_mark_and_with_the_line_ends_of_windows(encoding: st
     assert load_scenario(path).scenario.name == "small"
 
 
-@pytest.mark.parametrize("content", [SMALL.encode("utf-16"), SMALL.encode("utf-16-le"), b"\x00\x01", b"\x89PNG\xff\xfe"])
+@pytest.mark.parametrize(
+    "content", [SMALL.encode("utf-16"), SMALL.encode("utf-16-le"), b"\x00\x01", b"\x89PNG\xff\xfe"]
+)
 def test_a_file_in_another_encoding_is_told_how_to_be_saved(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "small.toml"
     path.write_bytes(content)
@@ -31,7 +33,10 @@ def test_a_file_in_another_encoding_is_told_how_to_be_saved(content: bytes, tmp_
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("[run]\nduration = 1\n duration = 2 # again\n", "line 3 gives the key 'duration' a second time, allowed: once"),
+        (
+            "[run]\nduration = 1\n duration = 2 # again\n",
+            "line 3 gives the key 'duration' a second time, allowed: once",
+        ),
         ("[run]\na = 1\n[run]\n", "line 3 gives the table [run] a second time, allowed: once"),
         ("a = {x = 1, x = 2}", "line 1 gives the key 'x' a second time, allowed: once"),
         ('a = 1\nname = "abc\nb = 2\n', "line 2 opens a quote that is not closed"),

@@ -3,6 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from oilsim.quantity import quantities
+from scenarios.problems import Problem, ScenarioError
+from scenarios.schema.parsing.structuring import spellings
+from scenarios.schema.run_settings import RunSettings
+
+# Options that change an entry, which --set could change too.
+_ENTRIES: Mapping[str, str] = {"threads": "run.threads", "until": "run.duration", "level": "level", "seed": "run.seed"}
 
 
 def add_scenario(parser: argparse.ArgumentParser, *, required: bool = True, seeded: bool = True) -> None:
@@ -31,14 +41,42 @@ def add_scenario(parser: argparse.ArgumentParser, *, required: bool = True, seed
 
 
 def overrides(options: argparse.Namespace) -> tuple[str, ...]:
-    """Collect the texts of --set, and the entries that --threads, --until, --level and --seed change."""
-    extra = []
-    if options.threads is not None:
-        extra.append(f"run.threads={options.threads}")
-    if options.until is not None:
-        extra.append(f"run.duration={options.until!r}")
-    if getattr(options, "level", None) is not None:
-        extra.append(f"level={options.level}")
-    if getattr(options, "seeds_run", True) and getattr(options, "seed", None) is not None:
-        extra.append(f"run.seed={options.seed}")
-    return (*options.set, *extra)
+    """Collect the texts of --set, and the entries that --threads, --until, --level and --seed change.
+
+    Raises ScenarioError, with the option as the place, for a value that cannot be, and for an entry that is changed twice.
+    """
+    given = {option: getattr(options, option, None) for option in _ENTRIES}
+    if not getattr(options, "seeds_run", True):
+        given["seed"] = None
+    own = {option: value for option, value in given.items() if value is not None}
+    problems = [*_impossible(own), *_twice(options.set, own)]
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+    return (*options.set, *(f"{_ENTRIES[option]}={_written(value)}" for option, value in own.items()))
+
+
+def _written(value: object) -> str:
+    return value if isinstance(value, str) else repr(value)
+
+
+def _impossible(own: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield the options whose number the entry of [run] does not take."""
+    limits = quantities(RunSettings)
+    for option, value in own.items():
+        declared = limits.get(_ENTRIES[option].removeprefix("run."))
+        fault = None if declared is None else declared.fault(value)
+        if fault:
+            yield Problem(f"--{option}", fault)
+
+
+def _twice(settings: Sequence[str], own: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield entries that several settings change, or a setting and an option of its own, however their keys are spelled."""
+    names = {_ENTRIES[option]: f"--{option}" for option in own}
+    for setting in settings:
+        key = setting.partition("=")[0].strip()
+        entry = ".".join(spellings(part.strip())[0] for part in key.split("."))
+        if entry in names:
+            beside = names[entry]
+            said = "is given twice" if beside == key else f"is given beside {beside}"
+            yield Problem(f"--set {key}", f"{said}, allowed: one of the two")
+        names.setdefault(entry, key)
