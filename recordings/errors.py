@@ -12,3 +12,10 @@ class RecordingError(RuntimeError):
         self.path = Path(path)
         self.reason = reason
         super().__init__(f"recording {self.path}: {reason}")
+
+
+def absence(path: Path) -> str:
+    """Say why there is no file to read at a path: a folder is there, or nothing; empty if there is a file."""
+    if path.is_file():
+        return ""
+    return "is a folder, allowed: the file of a recording (.rrd)" if path.is_dir() else "does not exist"

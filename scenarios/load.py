@@ -45,6 +45,10 @@ def find_scenario(source: str | Path) -> Path:
     if path.is_file():
         return path
     hint = suggestion(str(source), shipped) or ","
+    if path.is_dir():
+        raise ScenarioError(
+            [Problem(f"scenario {str(source)!r}", "is a folder, allowed: a .toml file in it")], "oilsim"
+        )
     text = f"is neither a file nor a shipped scenario{hint} allowed: a .toml file, {', '.join(shipped)}"
     raise ScenarioError([Problem(f"scenario {str(source)!r}", text)], "oilsim")
 

@@ -59,4 +59,11 @@ def problems_of(path: str, failing: str) -> Iterator[None]:
     except ScenarioError:
         raise
     except (ValueError, OSError) as cause:
-        raise ScenarioError([Problem(path, f"{failing}: {cause}")]) from cause
+        raise ScenarioError([Problem(path, f"{failing}: {reason_of(cause)}")]) from cause
+
+
+def reason_of(cause: Exception) -> str:
+    """Say why a file could not be read or a part be made, without the number that the system gives its errors."""
+    if isinstance(cause, OSError) and cause.strerror:
+        return f"{cause.filename}: {cause.strerror}" if cause.filename else cause.strerror
+    return str(cause)

@@ -39,7 +39,7 @@ def oil_names(replay: Replay) -> list[str]:
     """List the phases that are oil; RecordingError if there is none."""
     if not replay.run.oils:
         known = ", ".join(phase.name for phase in replay.run.phases)
-        raise RecordingError(replay.path, f"has no oil; its phases are {known}")
+        raise RecordingError(replay.given, f"has no oil; its phases are {known}")
     return list(replay.run.oils)
 
 
@@ -65,7 +65,7 @@ def oil_frames(replay: Replay, interval: float | None = None, *, lost_only: bool
     names = oil_names(replay)
     clock = replay.phase_times(names[0])
     if not len(clock.index):
-        raise RecordingError(replay.path, "has no frames")
+        raise RecordingError(replay.given, "has no frames")
     indices = every(clock.index.tolist(), interval, clock.time.tolist())
     wanted = set(indices)
     phases = [_by_index(replay, entity_paths.phase(name), wanted) for name in names]

@@ -39,7 +39,7 @@ def write_tables(
     known = [phase.name for phase in replay.run.phases]
     for name in tracks:
         if name not in known:
-            raise RecordingError(replay.path, f"has no particles of {name!r}, allowed: {', '.join(known)}")
+            raise RecordingError(replay.given, f"has no particles of {name!r}, allowed: {', '.join(known)}")
     folder.mkdir(parents=True, exist_ok=True)
     tables = {"series": _series_table(replay), "bodies": _body_table(replay), "events": _event_table(replay)}
     written = [_write(folder / f"{name}.{kind}", table, kind) for name, table in tables.items() if table.num_rows]

@@ -92,11 +92,11 @@ def common_time(first: Replay, second: Replay) -> tuple[float, float]:
     times = [[series.time for series in replay.scalars.values() if len(series.time)] for replay in (first, second)]
     for replay, found in zip((first, second), times, strict=True):
         if not found:
-            raise RecordingError(replay.path, "has no series to compare")
+            raise RecordingError(replay.given, "has no series to compare")
     begin = max(min(float(time[0]) for time in found) for found in times)
     end = min(max(float(time[-1]) for time in found) for found in times)
     if not begin <= end:
-        raise RecordingError(second.path, f"has no time in common with {first.path}")
+        raise RecordingError(second.given, f"has no time in common with {first.given}")
     return begin, end
 
 

@@ -42,7 +42,7 @@ def recorded_steps(replay: Replay) -> list[tuple[int, float]]:
     for one in series:
         steps |= dict(zip(one.index.tolist(), one.time.tolist(), strict=True))
     if not steps:
-        raise RecordingError(replay.path, "has no frames")
+        raise RecordingError(replay.given, "has no frames")
     return sorted(steps.items())
 
 

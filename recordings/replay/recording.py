@@ -17,7 +17,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from recordings import entity_paths
-from recordings.errors import RecordingError
+from recordings.errors import RecordingError, absence
 from recordings.exercise import exercise_from_json, site_from_json, windows_from_json
 from recordings.frame import (
     CameraView,
@@ -54,7 +54,7 @@ def _told(read: Callable[Concatenate[Replay, Terms], Result]) -> Callable[Concat
 
     @wraps(read)
     def told(self: Replay, *arguments: Terms.args, **keywords: Terms.kwargs) -> Result:
-        with _telling(self.path):
+        with _telling(self.given):
             return read(self, *arguments, **keywords)
 
     return told
@@ -69,7 +69,7 @@ def _told_on_the_way(
     def told(self: Replay, *arguments: Terms.args, **keywords: Terms.kwargs) -> Iterator[Result]:
         found = read(self, *arguments, **keywords)
         while True:
-            with _telling(self.path):
+            with _telling(self.given):
                 try:
                     one = next(found)
                 except StopIteration:
@@ -120,8 +120,9 @@ class Replay:
         Raises RecordingError if the file is missing, cannot be read or repaired, or has no run in a format that this program reads.
         """
         source = Path(path)
-        if not source.is_file():
-            raise RecordingError(source, "does not exist")
+        why = absence(source)
+        if why:
+            raise RecordingError(source, why)
         self.repaired_from: Path | None = None
         found = damage_of(source)
         if found.keeps_from_reading and not mend:
@@ -139,6 +140,11 @@ class Replay:
                 raise
             source.unlink(missing_ok=True)
             raise RecordingError(self.repaired_from, error.reason) from error
+
+    @property
+    def given(self) -> Path:
+        """The file that was named, which is not the one that is read where that is a repaired copy."""
+        return self.repaired_from or self.path
 
     @cached_property
     @_told

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rerun.chunk import RrdReader
 
-from recordings.errors import RecordingError
+from recordings.errors import RecordingError, absence
 from recordings.files import is_same_file
 from recordings.messages import Damage, damage
 from recordings.sink.viewer import viewer_environment, viewer_executable
@@ -75,8 +75,9 @@ def repair(path: str | Path, target: str | Path | None = None) -> Path:
         RecordingError: the recording does not exist, holds nothing that can be read, is itself the target, or cannot be repaired.
     """
     source = Path(path)
-    if not source.is_file():
-        raise RecordingError(source, "does not exist")
+    why = absence(source)
+    if why:
+        raise RecordingError(source, why)
     damage_of(source)
     copy = repaired_path(source) if target is None else Path(target)
     if is_same_file(source, copy):

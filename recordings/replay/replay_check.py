@@ -50,7 +50,7 @@ class ReplayCheck:
         indices += [replay.phase_times(name).index for name in self._particles]
         self._recorded = frozenset(np.concatenate(indices).tolist()) if indices else frozenset()
         if not self._recorded:
-            raise RecordingError(replay.path, "has no frames")
+            raise RecordingError(replay.given, "has no frames")
         self.last_index = max(self._recorded)
 
     def initialized(self, run: RunDescription) -> None:

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from recordings.errors import RecordingError
+from recordings.errors import RecordingError, absence
 
 if TYPE_CHECKING:
     from rerun.experimental import ViewerClient
@@ -173,6 +173,7 @@ def end_viewer(viewer: subprocess.Popen[bytes]) -> None:
 def _readable(path: str | Path) -> Path:
     """Return the path if there is a file; RecordingError otherwise."""
     file = Path(path)
-    if not file.is_file():
-        raise RecordingError(file, "does not exist")
+    why = absence(file)
+    if why:
+        raise RecordingError(file, why)
     return file

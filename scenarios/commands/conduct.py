@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from scenarios.commands.options.scenario import add_scenario, overrides
-from scenarios.problems import Problem, ScenarioError
+from scenarios.problems import Problem, ScenarioError, reason_of
 from scenarios.running.output_paths import free_recording
 
 
@@ -75,8 +75,11 @@ def _password(options: argparse.Namespace) -> str | None:
         return None
     try:
         lines = options.password.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError([Problem("--password", f"cannot be read: {error}")], "oilsim") from error
+    except UnicodeDecodeError as error:
+        text = f"is {str(options.password)!r}, which is not text in UTF-8, allowed: save it as UTF-8"
+        raise ScenarioError([Problem("--password", text)], "oilsim") from error
+    except OSError as error:
+        raise ScenarioError([Problem("--password", f"cannot be read: {reason_of(error)}")], "oilsim") from error
     if not lines or len(lines[0]) < 8:
         raise ScenarioError(
             [Problem("--password", "is shorter than 8 letters, allowed: 8 or more, on the first line")], "oilsim"

@@ -19,13 +19,14 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _repair(options: argparse.Namespace) -> int:
-    from recordings.errors import RecordingError
+    from recordings.errors import RecordingError, absence
     from recordings.replay.recording import Replay
     from recordings.replay.repair import damage_of, has_footer, repair
 
     source: Path = options.recording
-    if not source.is_file():
-        raise RecordingError(source, "does not exist")
+    why = absence(source)
+    if why:
+        raise RecordingError(source, why)
     found = damage_of(source)
     if not found.keeps_from_reading and has_footer(source):
         Replay(source)  # it may be whole and no run

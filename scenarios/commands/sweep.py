@@ -79,7 +79,9 @@ def _require(options: argparse.Namespace) -> None:
     found = []
     if not options.vary and not options.range:
         found.append(Problem("--vary", "is missing, allowed: --vary KEY=VALUE,... or --range KEY=LOW:HIGH"))
-    if options.range and (options.runs is None or options.runs < 1):
+    if options.range and options.runs is None:
+        found.append(Problem("--runs", "is missing, allowed: 1 or more, with --range"))
+    if options.range and options.runs is not None and options.runs < 1:
         found.append(Problem("--runs", f"is {options.runs}, allowed: 1 or more, with --range"))
     if options.runs is not None and not options.range:
         found.append(Problem("--runs", f"is {options.runs}, allowed: only with --range"))

@@ -17,7 +17,9 @@ import numpy as np
 
 from coupling.master.co_simulation import CoSimulation
 from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
+from recordings.errors import absence
 from recordings.files import RECORDING_ENDING, held
+from recordings.replay.repair import damage_of
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.running.ordered_sea import restore_sea, saved_sea
@@ -267,6 +269,14 @@ def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
     folder = path if path.is_dir() else checkpoint_folder(path)
     files = _files(folder)
     if not files:
+        if path.is_dir():
+            raise CheckpointError(
+                path, "is a folder without checkpoints, allowed: the recording of a run (.rrd), or its folder of them"
+            )
+        why = absence(path)
+        if why:
+            raise CheckpointError(path, why)
+        damage_of(path)  # which says what is no recording
         raise CheckpointError(path, f"has no checkpoints in {folder}")
     first = load_checkpoint(files[0])
     last = math.inf if at is None else _index_at(at, plan_from(first.run))

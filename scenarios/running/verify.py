@@ -72,7 +72,7 @@ def _plan_of(replay: Replay, threads: int | None) -> Plan:
     """Return the plan that the recording holds; the number of threads changes nothing but the time it takes."""
     stored = replay.run.properties.get("plan")
     if stored is None:
-        raise RecordingError(replay.path, "has no scenario; allowed: recordings of scenarios, which can be run again")
+        raise RecordingError(replay.given, "has no scenario; allowed: recordings of scenarios, which can be run again")
     plan = _with_orders(plan_from(json.loads(str(stored))), replay)
     if threads is None:
         return plan

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
 from oilsim.sea import FlowTable
+from scenarios.problems import reason_of
 from scenarios.setup.at_sea.flow_columns import SPELLINGS, UNITS, Column, FlowFileError, in_si, velocity_of
 
 Double = NDArray[np.float64]
@@ -56,7 +57,7 @@ def read_flow(
     try:
         columns = reader(path, kind, start)
     except (OSError, UnicodeDecodeError) as cause:
-        raise FlowFileError([f"cannot be read: {cause}"]) from cause
+        raise FlowFileError([f"cannot be read: {reason_of(cause)}"]) from cause
     texts: list[str] = []
     time, text = in_si("time", columns["time"]) if "time" in columns else (None, "has no column time")
     texts += [text] if text else []
