@@ -128,7 +128,8 @@ def catenary_chain(segment_count: int, gap_ratio: float) -> Array:
         angle = np.arctan(middle / math.sqrt(low * high))
         if not math.isclose(float(np.cos(angle).mean()), gap_ratio, rel_tol=1e-6):
             raise ValueError(
-                f"gap ratio {gap_ratio:g} is too narrow for {segment_count} segments, allowed: an even number of segments"
+                f"gap ratio {gap_ratio:g} is too narrow for {segment_count} segment{'' if segment_count == 1 else 's'},"
+                " allowed: an even number of segments, 2 or more"
             )
     links = np.stack([np.cos(angle), np.sin(angle)], axis=1) / segment_count
     chain = np.concatenate([np.zeros((1, 2)), np.cumsum(links, axis=0)])
@@ -169,11 +170,15 @@ def stream_chain(segment_count: int, across: float, along: float) -> Array:
     Bisection finds s0 from the way along the stream, mean sin(psi) = -along, for each a, and a from the way across it, mean cos(psi) =
     across, which grows with a. Raises ValueError for ends that lie in line with the stream, or too far apart.
     """
-    if not across > 1e-3 or math.hypot(across, along) > 1.0 - 1e-6:
+    if not across > 1e-3:
+        share = round(100.0 * across, 1) + 0.0  # without the sign of a zero
         raise ValueError(
-            f"the ends lie {across:.4g} of the boom's length across the stream and {along:.4g} along it, allowed: above 0.001 across it,"
-            " and less than the length apart"
+            f"its ends lie {share:g} % of its length apart across the stream, from left to right, allowed: above 0.1 %;"
+            " no boom hangs between ends that lie in line with the stream"
         )
+    if math.hypot(across, along) > 1.0 - 1e-6:
+        apart = 100.0 * math.hypot(across, along)
+        raise ValueError(f"its ends lie {apart:.4g} % of its length apart, allowed: less than its length, in a stream")
     middle = (np.arange(segment_count) + 0.5) / segment_count
     low, high = 1e-6, 1e6
     for _ in range(100):

@@ -54,7 +54,7 @@ class FluidWorld:
     """A pybullet client with a fluid in it; create it by `attach_fluid`.
 
     Raises TypeError for a fluid that is no `oilsim.solver.Fluid` and for a client that is no number, ValueError for a fluid of two
-    dimensions and for a client that is not connected.
+    dimensions or in another world, and for a client that is not connected.
     """
 
     def __init__(self, client: int, fluid: Fluid) -> None:
@@ -75,6 +75,11 @@ class FluidWorld:
         self._watch = DefaultsWatch(client, fluid.config.gravity)
         self._has_stepped = self._is_told = False
         self._require_client()
+        self._detached = False
+        worlds = _WORLDS.setdefault(fluid, weakref.WeakSet())
+        if any(one is not self and not one._detached for one in worlds):
+            raise ValueError("fluid is in another world already, allowed: one world for each Fluid, until its detach()")
+        worlds.add(self)
 
     @property
     def client(self) -> int:
@@ -98,6 +103,7 @@ class FluidWorld:
         meets the fluid already, and for a mesh that is no solid; TypeError for an argument of another type.
         """
         self._require_client()
+        self._require_attached()
         if body in self._links.bodies:
             raise ValueError(f"body {body} meets the fluid already, allowed: to add it once")
         if not isinstance(no_slip, bool):
@@ -146,9 +152,10 @@ class FluidWorld:
         self._run = None
 
     def detach(self) -> None:
-        """Take every body out of the fluid."""
+        """Take every body out of the fluid, and end this world; a second call does nothing."""
         for body in list(self._links.bodies):
             self.remove_body(body)
+        self._detached = True
 
     def wrench(self, body: int, link: int = -1) -> Array:
         """Return the fluid's wrench (6,) on a link, the mean over the last step: force [N], and torque about its centre of mass [N m].
@@ -168,6 +175,7 @@ class FluidWorld:
         replaced, and boundaries that something else moves. An error of the fluid or of a body is raised as it is.
         """
         self._require_client()
+        self._require_attached()
         self._require_alone()
         self._require_only_mover()
         observed = self._links.observe()
@@ -203,6 +211,8 @@ class FluidWorld:
 
         Call `pybullet.restoreState` with the client's state of the same moment as well.
         """
+        if not isinstance(saved, Mapping) or not {"fluid", "links"} <= set(saved):
+            raise ValueError(f"state is of type {type(saved).__name__}, allowed: what save_state() returned")
         self._links.require_same_bodies(saved["links"])
         self.fluid.restore_state(saved["fluid"])
         self._links.restore_state(saved["links"])
@@ -246,6 +256,10 @@ class FluidWorld:
             raise ValueError(
                 f"client {self._client} is not connected, allowed: what pybullet.connect returned, until it is disconnected"
             )
+
+    def _require_attached(self) -> None:
+        if self._detached:
+            raise RuntimeError("the fluid is detached from this world, allowed: to make another one with attach_fluid")
 
     def _require_only_mover(self) -> None:
         strange = set(self.fluid.moving_boundaries) - set(self._handles.values())
@@ -329,6 +343,7 @@ class FluidWorld:
             tell_inertia(*key, mesh, float(information[0]), np.array(information[2]))
 
 
+_WORLDS: weakref.WeakKeyDictionary[Fluid, weakref.WeakSet[FluidWorld]] = weakref.WeakKeyDictionary()
 _LAST_STEPPED: weakref.WeakValueDictionary[int, FluidWorld] = weakref.WeakValueDictionary()  # by client
 
 

@@ -20,6 +20,8 @@ ROUNDING = 2.0**-24
 COARSEST = 1e-3
 # [d] from the origin, beyond which rounding moves particles by more than COARSEST; theory; COARSEST over ROUNDING
 FURTHEST = math.floor(COARSEST / ROUNDING)
+# [m/s2] largest component of gravity; numerical; a hundred times that of the Earth, as in a centrifuge
+HARDEST_PULL = 1000.0
 # [s] least time step that can be asked for; numerical; sound passes a spacing of 1 mm in 1e-6 s
 SHORTEST_STEP = 1e-9
 # [1] largest limit on iterations that can be asked for; numerical; a solve that has not ended by then will not
@@ -103,6 +105,8 @@ def contradictions(settings: SolverSettings) -> Iterator[tuple[str, str]]:
     """Say which settings do not go together, each by its name and what is wrong with it."""
     if settings.sleep_speed > 0.0 and (settings.scheme == "paper" or not any(settings.gravity)):
         yield "sleep_speed", f"is {settings.sleep_speed:g} m/s, allowed: 0 in the paper's scheme and without gravity"
+    if settings.gravity[2] > 0.0:
+        yield "gravity", f"is {list(settings.gravity)}, allowed: 0 or less along z, which points up"
     longest = longest_time_step(settings)
     if settings.minimum_time_step > longest:
         yield (
@@ -141,7 +145,7 @@ class FluidConfig:
     lower: Vector = quantity("m")
     upper: Vector = quantity("m")
     periodic: tuple[bool, bool, bool] = (False, False, False)
-    gravity: Vector = quantity("m/s2", default=(0.0, 0.0, -GRAVITY))
+    gravity: Vector = quantity("m/s2", default=(0.0, 0.0, -GRAVITY), at_least=-HARDEST_PULL, at_most=HARDEST_PULL)
     dimension: int = quantity("", default=3, at_least=2, at_most=3, whole=True)
     scheme: Scheme = "split"
     density_tolerance: float = quantity("", default=1e-3, above=0.0, below=0.1)

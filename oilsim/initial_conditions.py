@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+# [1] particles of one block; numerical; their positions alone take 24 GB
+MOST_PARTICLES = 1e9
 
 
 def block(lower: ArrayLike, upper: ArrayLike, spacing: float, dimension: int = 3) -> NDArray[np.float64]:
     """Return positions (N, 3) [m] that fill a box with round(extent / spacing) particles along each axis, centred in it.
 
-    lower, upper: corners of the box, (3,) each [m]. In two dimensions y is 0. ValueError where the box is too thin for one particle.
+    lower, upper: corners of the box, (3,) each [m]. In two dimensions y is 0. ValueError where the box is too thin for one particle, or
+    holds more than `MOST_PARTICLES`, and for a spacing that is not above 0.
     """
     low, high = np.asarray(lower, np.float64), np.asarray(upper, np.float64)
+    if not (math.isfinite(spacing) and spacing > 0.0):
+        raise ValueError(f"block: spacing is {spacing:g}, allowed: above 0 m")
+    filled = [axis for axis in range(3) if dimension == 3 or axis != 1]
+    total = math.prod(float(high[axis] - low[axis]) / spacing for axis in filled if high[axis] - low[axis] > spacing)
+    if not total <= MOST_PARTICLES:
+        raise ValueError(
+            f"block has {total:.3g} particles at a spacing of {spacing:g} m, allowed: up to {MOST_PARTICLES:.0e}"
+        )
     axes = []
     for axis in range(3):
-        if dimension == 2 and axis == 1:
+        if axis not in filled:
             axes.append(np.zeros(1))
             continue
         count = round((high[axis] - low[axis]) / spacing)

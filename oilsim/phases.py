@@ -11,6 +11,10 @@ from oilsim.quantity import quantity, require
 
 # [deg] contact angle of walls that do not draw one liquid more than another; theory; Young's law
 RIGHT_ANGLE = 90.0
+# [kg/m3] heaviest liquid; measured; molten osmium has 20,000
+HEAVIEST = 25000.0
+# [Pa s] most viscous liquid; measured; pitch has 2e8 (Edgeworth et al. 1984)
+THICKEST = 1e9
 # [1] largest nu dt / d^2 of explicit viscosity; measured; beyond it noise beside walls grows by Eq. 25, from 0.26 on by the split scheme
 EXPLICIT_UP_TO = 0.2
 # [1/d] steepest gradient of the smoothed field of a flat interface between liquids of 0 and 1; theory; half as much again as the
@@ -29,12 +33,14 @@ class Phase:
     """
 
     name: str
-    rest_density: float = quantity("kg/m3", above=0.0)
-    dynamic_viscosity: float = quantity("Pa s", default=0.0, at_least=0.0)
+    rest_density: float = quantity("kg/m3", above=0.0, at_most=HEAVIEST)
+    dynamic_viscosity: float = quantity("Pa s", default=0.0, at_least=0.0, at_most=THICKEST)
     adhesion: float = quantity("J/m2", default=0.0, at_least=0.0)
     interfacial_tension: float = quantity("N/m", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise ValueError(f"phase: name is {self.name!r}, allowed: a text of one letter or more")
         require(f"phase {self.name!r}", Phase, vars(self))
 
 

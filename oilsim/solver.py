@@ -56,6 +56,8 @@ class Fluid(FluidView):
     """
 
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
+        if not isinstance(config, FluidConfig):
+            raise TypeError(f"config is {config!r}, allowed: an oilsim.config.FluidConfig")
         self.config = config
         self.time = 0.0
         self.state = FluidState(viscous_time=np.zeros(len(config.phases)))

@@ -32,7 +32,7 @@ from scenarios.commands import (
 from scenarios.commands.catalogues import booms, oils
 from scenarios.commands.fmus import build_fmu, export_fmu, signals
 from scenarios.exit_codes import BAD_INPUT, DONE, INTERRUPTED
-from scenarios.problems import Problem, ScenarioError
+from scenarios.problems import ScenarioError
 
 COMMANDS = (
     list, new, oils, booms, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = command_parser()
     options = parser.parse_args(given)
     try:
-        _require_once(parser, given)
+        _tell_twice(parser, given)
         code = int(options.command(options))
         sys.stdout.flush()
         return code
@@ -83,8 +83,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return INTERRUPTED
 
 
-def _require_once(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
-    """Raise ScenarioError for an option that is given twice and takes one value; argparse would keep the last without a word."""
+def _tell_twice(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> None:
+    """Tell of an option that takes one value and is given twice; argparse keeps the last without a word."""
     of_commands = next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
     parser_of = of_commands.choices[next(argument for argument in arguments if argument in of_commands.choices)]
     options = {word: action for action in parser_of._actions for word in action.option_strings}
@@ -95,8 +95,8 @@ def _require_once(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> 
     twice = sorted(
         {name for name in meant if meant.count(name) > 1 and isinstance(options.get(name), argparse._StoreAction)}
     )
-    if twice:
-        raise ScenarioError([Problem(name, "is given twice, allowed: once") for name in twice], "oilsim")
+    for name in twice:
+        print(f"oilsim: {name} is given twice, the last counts", file=sys.stderr)
 
 
 def _with_negative_values(arguments: Sequence[str]) -> Sequence[str]:

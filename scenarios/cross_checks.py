@@ -29,8 +29,10 @@ from scenarios.schema.liquid import (
     PhaseSettings,
     PipeEmitterSettings,
     Tank,
+    afloat_problems,
     air_problems,
     floating_oil_problems,
+    light_problems,
     lost_oil_problems,
 )
 from scenarios.schema.moorings import MooringSettings, TieSettings, fast_water_problems, mooring_problems, tie_problems
@@ -105,6 +107,7 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
     yield from graded_problems(parts.criteria, parts.booms, parts.names["booms"])
     yield from _faults(parts)
+    yield from light_problems(parts.phases)
     yield from _meshes(parts)
     yield from _plane(parts)
     if parts.tank is not None:
@@ -349,6 +352,8 @@ def _floating(parts: Parts) -> Iterator[Problem]:
         used = {entry.phase for entry in (*parts.fill.values(), *parts.emitters.values())}
         told = any(boom.losses == "closures" for boom in parts.booms.values())
         yield from floating_oil_problems(parts.phases, used, parts.run.detail, told)
+        if parts.tank is not None and parts.sea is not None and parts.run.detail == "none":
+            yield from afloat_problems(parts.fill, parts.phases, parts.tank, parts.sea.level)
 
 
 def _skimmers(parts: Parts) -> Iterator[Problem]:

@@ -39,9 +39,12 @@ class ScenarioError(ValueError):
 
 
 def suggestion(word: str, allowed: Iterable[str]) -> str:
-    """Suggest the nearest allowed word, as ``, did you mean 'oil'?``; empty if none is near."""
-    near = difflib.get_close_matches(word, list(allowed), n=1, cutoff=0.6)
-    return f", did you mean {near[0]!r}?" if near else ""
+    """Suggest the nearest allowed word, as ``, did you mean 'oil'?``, or two that are equally near; empty if none is near."""
+    near = difflib.get_close_matches(word, list(dict.fromkeys(allowed)), n=3, cutoff=0.6)
+    nearness = [difflib.SequenceMatcher(a=one, b=word).ratio() for one in near]
+    equal = [one for one, ratio in zip(near, nearness, strict=True) if ratio == nearness[0]]
+    words = sorted(equal) if len(equal) == 2 else near[:1]  # of more that are alike, one is as good as another
+    return f", did you mean {' or '.join(map(repr, words))}?" if words else ""
 
 
 def unknown(word: str, allowed: Iterable[str], what: str) -> str:

@@ -192,7 +192,7 @@ class BoxBody(BodySettings):
     size: Vector = quantity("m", above=0.0)
 
 
-def _crosses_itself(outline: tuple[Point2, ...]) -> bool:
+def crosses_itself(outline: tuple[Point2, ...]) -> bool:
     """Tell whether two sides of a closed polygon that are no neighbours meet, or two neighbours fold back."""
 
     def turn(p: Point2, q: Point2, r: Point2) -> float:
@@ -237,7 +237,7 @@ class PolygonBody(BodySettings):
         area = 0.5 * sum(x[k - 1] * z[k] - x[k] * z[k - 1] for k in range(len(x)))
         if abs(area) <= 1e-9 * (max(x) - min(x)) * (max(z) - min(z)):
             yield Problem("outline", "has no area, allowed: corners that do not lie on one line")
-        elif _crosses_itself(self.outline):
+        elif crosses_itself(self.outline):
             yield Problem("outline", "crosses or touches itself, allowed: a simple polygon")
 
 

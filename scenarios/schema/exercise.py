@@ -16,6 +16,7 @@ from booms.boom import BoomDesign
 from booms.catalog import catalogue
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem, ScenarioError, unknown
+from scenarios.schema.bodies import crosses_itself
 from scenarios.schema.boom_parts import BridleSettings, NetSettings, PocketSettings, ReelSettings, from_catalogue
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.parsing.quantity_fields import Point2, Section
@@ -341,6 +342,8 @@ class BoomSettings(Section):
             yield Problem("area", text)
         elif 0 < len(self.area) < 3:
             yield Problem("area", f"has {len(self.area)} corners, allowed: 3 or more")
+        elif self.area and crosses_itself(self.area):
+            yield Problem("area", "crosses or touches itself, allowed: corners in their order round the water")
         if self.reel is not None:
             yield from self._reel_problems(self.reel)
         if self.net is not None and self.base_width is not None:

@@ -30,6 +30,15 @@ LABORATORY = 15.0  # [degrees C] at which a named oil is taken if no temperature
 LEAK_MARGIN = 1.0  # spacings behind a closed side after which a particle counts as lost
 Extent = tuple[Vector, Vector]
 SIDES: tuple[Side, ...] = get_args(Side)
+LIGHTEST, HEAVIEST = (
+    100.0,
+    25000.0,
+)  # [kg/m3] of liquids: boiling hydrogen has 71, molten osmium 20,000; finds density in g/cm3
+THICKEST = 1e9  # [Pa s]; pitch has 2e8 in its century-long experiment
+HARDEST_PULL = 1000.0  # [m/s2] of gravity: a hundred times that of the Earth, as in a centrifuge
+AFLOAT = (
+    1.0  # [m] from the still surface within which oil without particles starts: a thick slick and its freeboard fit in
+)
 AIR_TENSION = 0.0728  # [N/m] of clean water in air at 20 C
 
 
@@ -188,6 +197,11 @@ class Tank(Section):
     def problems(self) -> Iterator[Problem]:
         """Check that the box has a volume, and that no side is both open and periodic."""
         yield from above_lower(self.lower, self.upper)
+        for name in ("open", "periodic"):
+            entries = getattr(self, name)
+            twice = sorted({one for one in entries if entries.count(one) > 1})
+            if twice:
+                yield Problem(name, f"has {', '.join(map(repr, twice))} twice, allowed: each once")
         for side in self.open:
             if side[1] in self.periodic:
                 yield Problem("open", f"has {side!r}, but {side[1]} is periodic; allowed: one of the two")
@@ -202,6 +216,14 @@ class Tank(Section):
     def closed_sides(self) -> tuple[Side, ...]:
         """The sides that have a wall."""
         return tuple(side for side in SIDES if side not in self.open and side[1] not in self.periodic)
+
+
+def light_problems(phases: Mapping[str, PhaseSettings]) -> Iterator[Problem]:
+    """Yield liquids that are lighter than any liquid is."""
+    for name, phase in phases.items():
+        if phase.density is not None and not phase.is_air and phase.density < LIGHTEST:
+            text = f"is {phase.density:g} kg/m3, allowed of a liquid: {LIGHTEST:g} kg/m3 or more; sea water has 1025"
+            yield Problem(f"phases.{name}.density", text)
 
 
 def air_problems(
@@ -341,6 +363,17 @@ class PipeEmitterSettings(Section):
     def problems(self) -> Iterator[Problem]:
         """Check that the flow has a direction."""
         yield from directed("direction", self.direction)
+
+
+def afloat_problems(
+    fills: Mapping[str, Fill], phases: Mapping[str, PhaseSettings], tank: Tank, level: float
+) -> Iterator[Problem]:
+    """Yield oil that starts far from the surface of a sea of formulas, on which it floats; `level` of the still water [m]."""
+    for name, fill in fills.items():
+        (*_, low), (*_, high) = fill.extent(tank)
+        if fill.phase in phases and phases[fill.phase].is_oil and not level - AFLOAT <= high <= level + AFLOAT:
+            text = f"reaches from z = {low:g} to {high:g} m, allowed of oil without particles: a top within {AFLOAT:g} m"
+            yield Problem(f"fill.{name}", f"{text} of the water's surface, {level:g} m")
 
 
 def lost_oil_problems(phases: Mapping[str, PhaseSettings], booms: Collection[str]) -> Iterator[Problem]:

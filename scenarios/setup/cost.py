@@ -25,6 +25,7 @@ from scenarios.setup.at_sea import particle_free
 from scenarios.setup.at_sea.build_sea import build_sea, unused_sea
 from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
+from scenarios.setup.too_late import never_comes
 
 if TYPE_CHECKING:
     from scenarios.setup.solids.placed_solids import Solid
@@ -134,7 +135,12 @@ def estimate(scenario: Scenario) -> Cost:
         steps=steps,
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
-        told=(*_told(scenario, solids, level, _of_interfaces(scenario, positions)), *missing, *remarks),
+        told=(
+            *_told(scenario, solids, level, _of_interfaces(scenario, positions)),
+            *missing,
+            *remarks,
+            *never_comes(scenario),
+        ),
         seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps * own_steps + _body_seconds(scenario),
     )
 

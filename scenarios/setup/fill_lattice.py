@@ -173,7 +173,7 @@ def within(points: Array, lower: Array, upper: Array) -> NDArray[np.intp]:
 
 def empty_regions(placed: Mapping[str, Array], spacing: float) -> Iterator[Problem]:
     """Yield a problem for each region without a particle, from positions (N, 3) [m] by region; spacing [m]."""
-    text = f"has no particle at fluid.particle_spacing = {spacing:g} m, allowed: a larger region"
+    text = f"has no particle at fluid.particle_spacing = {spacing:g} m, allowed: a larger region, or a smaller spacing"
     yield from (Problem(f"fill.{name}", text) for name, points in placed.items() if len(points) == 0)
 
 

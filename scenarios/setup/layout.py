@@ -202,7 +202,7 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
         if tie.parted and tie_name(name) in world.lines.names:
             world.part_line(tie_name(name))
     add_legs(world, fleet.legs, problems)
-    problems += _overlaps(world, scenario.fluid.particle_spacing)
+    problems += _overlaps(world, scenario, solids)
     return world
 
 
@@ -228,16 +228,35 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
             problems.append(Problem(key, f"cannot be used: {error}"))
 
 
-def _overlaps(world: RigidBodyWorld, spacing: float) -> Iterator[Problem]:
-    """Yield problems of bodies that overlap deeply with each other or with a side of the tank; of a boom, only the worst."""
-    allowed, worst = DEEPEST_OVERLAP * spacing, dict[tuple[str, str], tuple[str, str, float]]()
+def _overlaps(world: RigidBodyWorld, scenario: Scenario, solids: Sequence[Solid]) -> Iterator[Problem]:
+    """Yield problems of bodies that overlap deeply with each other, with a side of the tank or the shore; of a boom, only the worst."""
+    sides = "a side of the tank" if beach_of(scenario) is None else "the shore, or a side of the tank,"
+    if beach_of(scenario) is not None and not scenario.tank.closed_sides:
+        sides = "the shore"
+    placed = {solid.name: solid for solid in solids}
+    allowed, worst = DEEPEST_OVERLAP * scenario.fluid.particle_spacing, dict[tuple[str, str], tuple[str, str, float]]()
     for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
         if depth > allowed:
             worst[table_entry(one), other and table_entry(other)] = one, other, depth
     for (table, _), (one, other, depth) in worst.items():
-        where = f"body {other!r}" if other else "a side of the tank"
+        where = f"body {other!r}" if other else sides
+        if not other and _is_outside(placed[one], scenario.tank):
+            yield Problem(
+                table, f"has body {one!r} outside the tank at the start, by {depth:.3g} m, allowed: inside it"
+            )
+            continue
         text = f"has body {one!r} {depth:.2g} m deep inside {where} at the start, allowed: up to {allowed:.2g} m"
         yield Problem(table, text)
+
+
+def _is_outside(solid: Solid, tank: Tank) -> bool:
+    """Tell whether a solid lies beyond a closed side of the tank with all it has."""
+    lower, upper = solid.world_mesh().bounds
+    return any(
+        upper[axis] < tank.lower[axis] if side[0] == "-" else lower[axis] > tank.upper[axis]
+        for side in tank.closed_sides
+        for axis in ("xyz".index(side[1]),)
+    )
 
 
 def _add_tank_sides(world: RigidBodyWorld, tank: Tank) -> None:

@@ -53,11 +53,17 @@ def inject_problems(parts: InjectTables) -> Iterator[Problem]:
 def _order_problems(orders: tuple[str, ...], parts: InjectTables) -> Iterator[Problem]:
     """Yield what is wrong with orders that act together."""
     touched: dict[tuple[str, ...], Any] = {}
+    given: dict[str, str] = {}
     for order in orders:
         try:
             keys, value = parse_override(order)
         except ScenarioError as error:
             yield from (Problem("", problem.text.removeprefix("is ")) for problem in error.problems)
+            continue
+        path = ".".join(keys)
+        before = given.setdefault(".".join(spellings(key)[0] for key in keys), path)
+        if before != path or orders.count(order) > 1:
+            yield Problem(path, f"beside {before}, allowed: one order for each entry")
             continue
         fault = _fault(keys, value, parts)
         if fault:

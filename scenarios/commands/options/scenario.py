@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -43,15 +44,18 @@ def add_scenario(parser: argparse.ArgumentParser, *, required: bool = True, seed
 def overrides(options: argparse.Namespace) -> tuple[str, ...]:
     """Collect the texts of --set, and the entries that --threads, --until, --level and --seed change.
 
-    Raises ScenarioError, with the option as the place, for a value that cannot be, and for an entry that is changed twice.
+    An entry that is changed twice is told. Raises ScenarioError, with the option as the place, for a value that cannot be.
     """
     given = {option: getattr(options, option, None) for option in _ENTRIES}
     if not getattr(options, "seeds_run", True):
         given["seed"] = None
     own = {option: value for option, value in given.items() if value is not None}
-    problems = [*_impossible(own), *_twice(options.set, own)]
+    problems = list(_impossible(own))
     if problems:
         raise ScenarioError(problems, "oilsim")
+    for text in _twice(options.set, own) if not getattr(options, "told", False) else ():
+        print(f"oilsim: {text}", file=sys.stderr)
+    options.told = True
     return (*options.set, *(f"{_ENTRIES[option]}={_written(value)}" for option, value in own.items()))
 
 
@@ -69,14 +73,17 @@ def _impossible(own: Mapping[str, Any]) -> Iterator[Problem]:
             yield Problem(f"--{option}", fault)
 
 
-def _twice(settings: Sequence[str], own: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield entries that several settings change, or a setting and an option of its own, however their keys are spelled."""
-    names = {_ENTRIES[option]: f"--{option}" for option in own}
-    for setting in settings:
-        key = setting.partition("=")[0].strip()
-        entry = ".".join(spellings(part.strip())[0] for part in key.split("."))
-        if entry in names:
-            beside = names[entry]
-            said = "is given twice" if beside == key else f"is given beside {beside}"
-            yield Problem(f"--set {key}", f"{said}, allowed: one of the two")
-        names.setdefault(entry, key)
+def _twice(settings: Sequence[str], own: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the entries that several settings change, or a setting and an option of its own, however their keys are spelled."""
+    written = [*(setting.partition("=")[0].strip() for setting in settings), *(f"--{option}" for option in own)]
+    names = {f"--{option}": _ENTRIES[option] for option in own}
+    last: dict[str, str] = {}
+    for key in written:
+        entry = names.get(key) or ".".join(spellings(part.strip())[0] for part in key.split("."))
+        if entry in last:
+            yield (
+                f"{last[entry]} is given twice, the last counts"
+                if last[entry] == key
+                else f"{key} counts, not {last[entry]}"
+            )
+        last[entry] = key

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, get_type_hints
 
-from oilsim.quantity import SHORTEST_DIRECTION, quantities
+from oilsim.quantity import SHORTEST_DIRECTION, Quantity, quantities
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
 
@@ -51,13 +51,26 @@ class Section:
                 yield Problem(name, f"is {given!r}, allowed: {shape_of(kind)}, {limits.allowed}")
             return
         object.__setattr__(self, name, value)
-        fault = limits.fault(value) if limits is not None and value is not None else None
-        if fault:
-            yield Problem(name, fault)
+        found = None if limits is None or value is None else faulty_entry(limits, value)
+        if found is not None:
+            steps, fault = found
+            yield Problem(".".join((name, *steps)), fault)
 
     def problems(self) -> Iterable[Problem]:
         """Yield the problems that concern several fields together; called only if each field is valid by itself."""
         return ()
+
+
+def faulty_entry(limits: Quantity, value: Any) -> tuple[tuple[str, ...], str] | None:
+    """Find the first number that is not allowed, in lists down to any depth: the places that lead to it, and what is wrong with it."""
+    if isinstance(value, tuple):
+        for index, entry in enumerate(value):
+            found = faulty_entry(limits, entry)
+            if found is not None:
+                return (str(index), *found[0]), found[1]
+        return None
+    fault = limits.fault(value)
+    return None if fault is None else ((), fault)
 
 
 def directed(name: str, vector: Vector) -> Iterator[Problem]:

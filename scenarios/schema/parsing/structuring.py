@@ -6,9 +6,10 @@ may end in ``_kn`` and one for an angle in ``_deg``. Their values are converted 
 
 from __future__ import annotations
 
+import math
 import types
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any, Union, get_args, get_origin
 
 from cattrs import Converter
@@ -23,7 +24,7 @@ from cattrs.gen import make_dict_structure_fn, override
 from oilsim.physical_constants import DEGREE, KNOT
 from oilsim.quantity import Quantity, quantities
 from scenarios.problems import Problem, ScenarioError, suggestion
-from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.schema.parsing.quantity_fields import Section, faulty_entry
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
 
 SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", KNOT), "_deg": ("rad", DEGREE)}
@@ -32,12 +33,13 @@ COMPASS: Mapping[str, str] = {"heading_compass": "heading", "from_compass": "dir
 
 
 class Refusal(ValueError):
-    """A value that cannot be taken; `key` is how its key was spelled where that is not the field's name."""
+    """A value that cannot be taken; `key` is how its key was spelled where that is not the field's name, `steps` lead into a list."""
 
-    def __init__(self, text: str, key: str = "") -> None:
+    def __init__(self, text: str, key: str = "", steps: tuple[str, ...] = ()) -> None:
         super().__init__(text)
         self.text = text
         self.key = key
+        self.steps = steps
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Prob
         yield Problem(".".join((*path, *error.path)), error.text)
     elif isinstance(error, Refusal):
         place = (*path[:-1], error.key) if error.key else path
-        yield Problem(".".join(place), error.text)
+        yield Problem(".".join((*place, *error.steps)), error.text)
     else:
         yield Problem(".".join(path), str(error))
 
@@ -141,15 +143,48 @@ def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
         try:
             result = taken(value, kind)
         except Misfit as cause:
-            text = f"is {suffixed.value!r}, allowed: {shape_of(kind)}, {limits.allowed}"
+            written = _in_unit_of(suffixed.key, limits, suffixed.factor) if suffixed.key else limits
+            text = f"is {suffixed.value!r}, allowed: {shape_of(kind)}, {written.allowed}"
             raise Refusal(text, suffixed.key) from cause
-        fault = limits.fault(result)
-        if fault:
-            given_as = f"is {suffixed.value!r}, that " if suffixed.key else ""
-            raise Refusal(given_as + fault, suffixed.key)
-        return result
+        found = faulty_entry(limits, result)
+        if found is None:
+            return result
+        steps, fault = found
+        if suffixed.key:
+            number, allowed = _entry_at(suffixed.value, steps), fault.partition("allowed: ")[2]
+            if allowed == limits.allowed:
+                allowed = _in_unit_of(suffixed.key, limits, suffixed.factor).allowed
+            fault = f"is {number!r}, allowed: {allowed}"
+        raise Refusal(fault, suffixed.key, steps)
 
     return hook
+
+
+def _entry_at(value: Any, steps: Sequence[str]) -> Any:
+    for step in steps:
+        value = value[int(step)]
+    return value
+
+
+def _in_unit_of(key: str, limits: Quantity, factor: float) -> Quantity:
+    """Return limits in the unit in which a key is written, with four figures at the most, and none that would be refused."""
+    unit = next(suffix for suffix in SUFFIXES if key.endswith(suffix)).removeprefix("_")
+    per = "/s" if limits.unit.endswith("rad/s") else ""
+
+    def rounded(limit: float | None, away: Callable[[float], int]) -> float | None:
+        if limit is None or limit == 0.0:
+            return limit
+        digit = 10.0 ** (3 - math.floor(math.log10(abs(limit / factor))))
+        return away(limit / factor * digit) / digit
+
+    return replace(
+        limits,
+        unit=unit + per,
+        above=rounded(limits.above, lambda one: math.ceil(one - 1e-6)),
+        at_least=rounded(limits.at_least, lambda one: math.ceil(one - 1e-6)),
+        below=rounded(limits.below, lambda one: math.floor(one + 1e-6)),
+        at_most=rounded(limits.at_most, lambda one: math.floor(one + 1e-6)),
+    )
 
 
 def _in_si_units(section: type[Section], data: Mapping[str, Any]) -> dict[str, Any]:
@@ -214,6 +249,9 @@ def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], An
         if not isinstance(table, Mapping):
             raise Refusal(f"is {data!r}, allowed: a table with {key} = one of {allowed}")
         tag = table.get(key)
+        if isinstance(data, str) and data not in by_tag:
+            hint = suggestion(data, by_tag) or ","
+            raise Refusal(f"is {data!r}{hint} allowed: a table with {key} = one of {allowed}")
         if tag is None:
             raise ScenarioError([Problem(key, f"is missing, allowed: {allowed}")])
         if not isinstance(tag, str) or tag not in by_tag:

@@ -175,7 +175,7 @@ def test_of_a_boom_that_reaches_far_out_of_the_tank_one_segment_is_told() -> Non
     with pytest.raises(ScenarioError) as caught:
         estimate(scenario_of("[booms.b]\nends = [[0.6, 0.2], [0.6, 0.8]]\nlength = 1.6\n" + BOOM))
     (problem,) = caught.value.problems
-    assert problem.path == "booms.b" and "m deep inside a side of the tank" in problem.text
+    assert problem.path == "booms.b" and "outside the tank at the start, by 0." in problem.text
 
 
 def test_a_body_that_reaches_through_a_periodic_side_takes_the_place_of_liquid_on_both() -> None:
