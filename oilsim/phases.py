@@ -30,6 +30,8 @@ class Phase:
     dynamic_viscosity  [Pa s]   Newtonian viscosity; 0 is an inviscid liquid
     adhesion           [J/m2]   work of adhesion to walls and bodies, the work that separates one square metre of contact
     interfacial_tension  [N/m]  with liquids that have none, as of an oil with water; two liquids have the difference of theirs
+
+    Raises ValueError for an empty name, and for numbers that are not allowed.
     """
 
     name: str

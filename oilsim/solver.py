@@ -52,7 +52,7 @@ class Fluid(FluidView):
 
     Order of use: add particles, boundaries, emitters and forcings (in any order, at any time between advances); before each
     `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. `FluidView` has all
-    that can be read; `state`, `tools` and `arrays` are the solver's own. Units SI, world frame z up.
+    that can be read; `state`, `tools` and `arrays` are the solver's own. Units SI, world frame z up. TypeError for another `config`.
     """
 
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:

@@ -167,12 +167,12 @@ def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
     yield f"## [{table}]"
     shared = _shared(sections)
     if shared is not None:
-        yield from _section(shared, set())
+        yield from _section(table, shared, set())
     for section in sections:
         if section.TAG is not None:
             yield f'### {section.TAG[0]} = "{section.TAG[1]}"'
         known = {item.name for item in fields(shared)} if shared is not None else set()
-        yield from _section(section, known)
+        yield from _section(table, section, known)
 
 
 def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
@@ -182,7 +182,7 @@ def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
     return parent if len(sections) > 1 and not parents and parent is not Section else None
 
 
-def _section(section: type[Section], known: set[str]) -> Iterator[str]:
+def _section(table: str, section: type[Section], known: set[str]) -> Iterator[str]:
     """Describe a section, with a row for each key that is not known from above."""
     yield "```text"
     yield inspect.cleandoc(section.__doc__ or "")
@@ -192,14 +192,18 @@ def _section(section: type[Section], known: set[str]) -> Iterator[str]:
         yield ""
         yield "| key | value | default |"
         yield "|---|---|---|"
-        yield from (_row(section, item) for item in rows)
+        yield from (_row(table, section, item) for item in rows)
     yield ""
 
 
-def _row(section: type[Section], item: Field[Any]) -> str:
+def _row(table: str, section: type[Section], item: Field[Any]) -> str:
     limits = quantities(section).get(item.name)
     kind = field_kinds(section)[item.name]
     value = _value(kind) if limits is None else f"{shape_of(kind)}, {limits.allowed}"
+    own = f"{table}.{item.name}"
+    if own in (chapter for chapter, _ in CHAPTERS):
+        tables = "a list of tables" if get_origin(kind) is tuple else "a table"
+        value = f"{tables}, see [{own}](#{own.replace('.', '').lower()})"
     names = [item.name]
     if limits is not None:
         names += [item.name + suffix for suffix, (unit, _) in SUFFIXES.items() if limits.unit in (unit, f"{unit}/s")]
@@ -220,7 +224,7 @@ def _value(kind: Any) -> str:
         return f"a list of {listed}" if get_origin(kind) is tuple else listed
     if kind is str or (str in get_args(kind) and get_origin(kind) is not tuple):
         return "text"
-    return "see above"
+    return shape_of(kind)
 
 
 def _default(item: Field[Any]) -> str:

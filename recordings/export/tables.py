@@ -34,12 +34,14 @@ def write_tables(
 
     Every table has the columns ``step`` and ``time`` [s] first. Series have a row for each instant, bodies and particles a row for each
     instant and body or particle, events a row each. Units are SI; the columns of bodies are pose, twist, wrench and tension. Raises
-    RecordingError for a phase that the recording does not have.
+    RecordingError for a phase or a particle that the recording does not have.
     """
     known = [phase.name for phase in replay.run.phases]
     for name in tracks:
         if name not in known:
             raise RecordingError(replay.given, f"has no particles of {name!r}, allowed: {', '.join(known)}")
+    if ids:
+        _require_there(replay, tracks, ids)
     folder.mkdir(parents=True, exist_ok=True)
     tables = {"series": _series_table(replay), "bodies": _body_table(replay), "events": _event_table(replay)}
     written = [_write(folder / f"{name}.{kind}", table, kind) for name, table in tables.items() if table.num_rows]
@@ -88,6 +90,17 @@ def _particle_parts(replay: Replay, name: str, ids: Sequence[int], interval: flo
         position = frame.position[chosen]
         columns = {"step": np.full(len(position), index), "time": np.full(len(position), time), "id": frame.id[chosen]}
         yield pa.table(columns | dict(zip("xyz", np.ascontiguousarray(position.T), strict=True)))
+
+
+def _require_there(replay: Replay, tracks: Sequence[str], ids: Sequence[int]) -> None:
+    """Raise RecordingError for an id of no particle of the `tracks`."""
+    frames = (frame.id for name in tracks for _, _, frame in replay.phase_frames(name))
+    there = set[int]().union(*(numbers.tolist() for numbers in frames))
+    strange = [number for number in ids if number not in there]
+    if strange:
+        known = f"{min(there)} to {max(there)}" if there else "none is recorded"
+        text = f"has no particle {strange[0]} of {', '.join(map(repr, tracks))}, allowed: {known}"
+        raise RecordingError(replay.given, text)
 
 
 def _write(path: Path, table: pa.Table, kind: Format) -> Path:

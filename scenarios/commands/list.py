@@ -24,9 +24,11 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _list(options: argparse.Namespace) -> int:
+    from scenarios.commands.options.export import require_used
     from scenarios.load import load_scenario
     from scenarios.text.terminal import terminal
 
+    require_used(options, {"notes": ("scenario",)})
     if options.scenario is not None:
         _show(terminal(), load_scenario(options.scenario).scenario, notes=options.notes)
         return DONE

@@ -22,6 +22,9 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _verify(options: argparse.Namespace) -> int:
+    from scenarios.commands.options.scenario import require_run_options
+
+    require_run_options(options)
     from scenarios.running.verify import verify
     from scenarios.text.terminal import terminal
 

@@ -372,7 +372,9 @@ def afloat_problems(
     for name, fill in fills.items():
         (*_, low), (*_, high) = fill.extent(tank)
         if fill.phase in phases and phases[fill.phase].is_oil and not level - AFLOAT <= high <= level + AFLOAT:
-            text = f"reaches from z = {low:g} to {high:g} m, allowed of oil without particles: a top within {AFLOAT:g} m"
+            text = (
+                f"reaches from z = {low:g} to {high:g} m, allowed of oil without particles: a top within {AFLOAT:g} m"
+            )
             yield Problem(f"fill.{name}", f"{text} of the water's surface, {level:g} m")
 
 

@@ -24,7 +24,7 @@ class RunSettings(Section):
     duration            [s] simulated
     communication_step  [s] after which fluid, bodies and controllers exchange values; where bodies move, the fluid's steps are not longer
     threads             number of threads of the fluid; the default is all cores
-    seed                of everything random: gusts
+    seed                of everything random: gusts, waves, and when injects come
     detail              "particles" (default); "none": the sea by formulas instead of particles (`oilsim.sea`, `oilsim.loads`); or "window":
                         the same, with particles in the box of [window]
     budget              true: the summary gives the changes of the liquid's energy and momentum by cause (`oilsim.accounts.ledger`), with

@@ -1,4 +1,4 @@
-"""What a scenario plans for a time after its run's end, and so never comes."""
+"""Remarks on what a scenario plans for a time after its run's end, and what so never comes."""
 
 from __future__ import annotations
 

@@ -58,3 +58,12 @@ def test_the_debrief_of_a_cut_file_names_the_file_that_was_given(said: Said, tmp
     assert main([*run, "--record", "whole.rrd"]) == 0
     (tmp_path / "cut.rrd").write_bytes((tmp_path / "whole.rrd").read_bytes()[:15000])
     assert "recording cut.rrd: has no frames" in said("debrief", "cut.rrd")
+
+
+def test_options_that_would_do_nothing_are_refused(said: Said) -> None:
+    assert "--notes is given, allowed: only with NAME-or-FILE" in said("list", "--notes")
+    assert "--until is -1.0, allowed: 1e-06 or more" in said("verify", "empty.rrd", "--until", "-1")
+    run = ["run", "still-column", "--set", "fluid.particle_spacing=0.1", "--until", "0.04", "--threads", "1"]
+    assert main([*run, "--record", "run.rrd"]) == 0
+    told = said("report", "run.rrd", "--csv", "out", "--tracks", "water", "--ids", "3,999999")
+    assert "recording run.rrd: has no particle 999999 of 'water', allowed: " in told

@@ -52,6 +52,8 @@ def _is_given(options: argparse.Namespace, name: str) -> bool:
 
 
 def _spelled(name: str) -> str:
+    if name == "scenario":  # which is no option
+        return "NAME-or-FILE"
     return f"--{name.replace('_', '-')}"
 
 

@@ -59,6 +59,14 @@ def overrides(options: argparse.Namespace) -> tuple[str, ...]:
     return (*options.set, *(f"{_ENTRIES[option]}={_written(value)}" for option, value in own.items()))
 
 
+def require_run_options(options: argparse.Namespace) -> None:
+    """Raise ScenarioError, with the option as the place, for a number of threads or a time that cannot be."""
+    given = {option: getattr(options, option, None) for option in _ENTRIES}
+    problems = list(_impossible({option: value for option, value in given.items() if value is not None}))
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+
+
 def _written(value: object) -> str:
     return value if isinstance(value, str) else repr(value)
 
