@@ -19,7 +19,6 @@ from coupling.master.co_simulation import CoSimulation
 from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
 from recordings.errors import absence
 from recordings.files import RECORDING_ENDING, held
-from recordings.replay.repair import damage_of
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.running.ordered_sea import restore_sea, saved_sea
@@ -276,6 +275,8 @@ def _find(path: Path, at: float | None) -> tuple[Checkpoint, Path]:
         why = absence(path)
         if why:
             raise CheckpointError(path, why)
+        from recordings.replay.repair import damage_of  # only here, as it loads the reader of recordings
+
         damage_of(path)  # which says what is no recording
         raise CheckpointError(path, f"has no checkpoints in {folder}")
     first = load_checkpoint(files[0])
