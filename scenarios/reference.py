@@ -27,7 +27,7 @@ from scenarios.schema import (
     window,
 )
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
-from scenarios.schema.parsing.structuring import SUFFIXES
+from scenarios.schema.parsing.structuring import keys_of
 from scenarios.schema.parsing.type_checks import shape_of
 
 INTRODUCTION = """# Scenario files
@@ -200,9 +200,7 @@ def _row(section: type[Section], item: Field[Any]) -> str:
     limits = quantities(section).get(item.name)
     kind = field_kinds(section)[item.name]
     value = _value(kind) if limits is None else f"{shape_of(kind)}, {limits.allowed}"
-    names = [item.name]
-    if limits is not None:
-        names += [item.name + suffix for suffix, (unit, _) in SUFFIXES.items() if limits.unit in (unit, f"{unit}/s")]
+    names = keys_of(section, item.name)
     return f"| {', '.join(f'`{name}`' for name in names)} | {value} | {_default(item)} |"
 
 
