@@ -221,7 +221,9 @@ class FluidWorld:
         for key, handle in self._handles.items():
             one, place = walls[handle], link_pose(self._client, *key)[0]
             extent = float(np.linalg.norm(one.position, axis=1).max(initial=0.0))
-            if ((place > low - extent) & (place < high + extent)).all():  # turning all walls of many bodies would take long
+            if (
+                (place > low - extent) & (place < high + extent)
+            ).all():  # turning all walls of many bodies would take long
                 others[_label(key)] = self._placed(key, one.position, one.volume)
         tell_overlaps(solids, others, self.fluid.config.particle_spacing)
 

@@ -40,9 +40,10 @@ Sailors' directions are taken too, in degrees clockwise from north: `heading_com
 the `direction` of wind or waves, by where they come from, and `toward_compass` in place of that of a current. North is +y, unless `[site]`
 has another `bearing`.
 
-`oilsim check FILE` reads a file, reports every problem at once, and estimates the cost of a run. `--set KEY=VALUE` changes an entry for
-one run: `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`. The `[demo]` table
-holds such changes for `--demo`.
+`oilsim check FILE` reads a file, reports all wrong entries at once, then all that does not fit, and estimates the cost of a run.
+`--set KEY=VALUE` changes an entry for one run:
+`--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`.
+The `[demo]` table holds such changes for `--demo`.
 
 A key without a default must be given. `python -m scenarios.reference` writes this page.
 
