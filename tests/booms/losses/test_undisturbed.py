@@ -116,9 +116,7 @@ def test_forced_flow_is_the_current_and_the_orbital_velocity_of_the_waves(fluid:
     height, period, direction, depth, time = 0.1, 1.3, 0.7, LEVEL, 2.1
     assert forced_flow(fluid, straight(0.4), LEVEL - 0.1, OPEN) is None
     fluid.add_forcing(Current((0.3, -0.2, 0.0), ZONE))
-    fluid.add_forcing(
-        AiryWaves(height=height, period=period, direction=direction, bottom=0.0, level=LEVEL, zone=ZONE)
-    )
+    fluid.add_forcing(AiryWaves(height=height, period=period, direction=direction, bottom=0.0, level=LEVEL, zone=ZONE))
     fluid.time = time
     omega = 2.0 * math.pi / period
     k = brentq(lambda k: 9.81 * k * math.tanh(k * depth) - omega**2, 1e-3, 100.0)
@@ -162,9 +160,7 @@ def looker() -> tuple[ClosureLosses, ContainmentTracker]:
         closures=Closures(skirt_depth=DRAFT), oils={"oil": oil}, waters=["water"], segments=SEGMENTS,
         segment_length=LENGTH / SEGMENTS, freeboard=FREEBOARD, float_width=0.08, spacing=SPACING,
     )  # fmt: skip
-    options = ContainmentOptions(
-        skirt_depth=DRAFT, freeboard=FREEBOARD, particle_volume=SPACING**3, hysteresis=SPACING
-    )
+    options = ContainmentOptions(skirt_depth=DRAFT, freeboard=FREEBOARD, particle_volume=SPACING**3, hysteresis=SPACING)
     return ClosureLosses(boom), ContainmentTracker(options)
 
 
@@ -184,6 +180,4 @@ def test_speed_and_draft_follow_in_the_time_that_water_takes_to_pass_the_draft(f
     stream.velocity = (-fast, 0.0, 0.0)  # away from the boom: no speed against it
     before = saved["speed"][0]
     closures.act(4 * INTERVAL, fluid, tracker, state, LEVEL)
-    np.testing.assert_allclose(
-        closures.save_state()["speed"], before * math.exp(-INTERVAL * before / DRAFT), rtol=1e-6
-    )
+    np.testing.assert_allclose(closures.save_state()["speed"], before * math.exp(-INTERVAL * before / DRAFT), rtol=1e-6)
