@@ -52,7 +52,7 @@ def straight(angle: float = 0.0, rise: float = 0.0) -> BoomState:
     ways = np.linspace(-0.5 * LENGTH, 0.5 * LENGTH, SEGMENTS + 1)
     layout = lay_along(BOOM, MIDDLE + ways[:, None] * turned(angle)[1], water_level=LEVEL)
     return BoomState(
-        position=np.array([body.position for body in layout.segments]) + [0.0, 0.0, rise],
+        position=np.array([body.position for body in layout.segments]) + np.array([0.0, 0.0, rise]),
         orientation=np.array([body.orientation for body in layout.segments]),
         velocity=np.zeros((SEGMENTS, 3)),
         joint_points=layout.segment.joint_points,

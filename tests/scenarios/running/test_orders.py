@@ -23,7 +23,7 @@ from scenarios.cli import main
 from scenarios.load import load_scenario, scenario_from
 from scenarios.orders.client import NoAnswerError, go_on, order, pause
 from scenarios.orders.messages import LONGEST, request_line
-from scenarios.orders.run_card import RunCard, find_run, runtime_folder
+from scenarios.orders.run_card import RunCard, find_run, new_socket_path, posted, runtime_folder
 from scenarios.problems import ScenarioError
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.pace import MOST_BEHIND, Pace
@@ -325,6 +325,22 @@ def test_card_of_a_killed_run_is_removed(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="no run takes orders now"):
         find_run("tow")
     assert list(folder.iterdir()) == []
+
+
+def test_an_order_waits_for_its_answer_as_long_as_its_patience(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A run that takes the order and says nothing: the order ends with 1, and says how long it has waited."""
+    folder = runtime_folder()
+    card = RunCard(name="tow", recording=str(tmp_path / "tow.rrd"), address=str(new_socket_path(folder)), token="t")
+    with socket.socket(socket.AF_UNIX) as silent, posted(card, folder):
+        silent.bind(str(card.address))
+        silent.listen()
+        assert main(["order", "tow", "tow.speed=1", "--patience", "0.05"]) == 1
+        assert "oilsim: tow has not answered within 0.05 s; it takes the request" in capsys.readouterr().err
+        silent.settimeout(5.0)
+        with silent.accept()[0] as link:
+            assert link.recv(65536).endswith(b"\n")
 
 
 def test_pace_is_never_early_and_what_is_late_does_not_pile_up() -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from coupling.participant import StepResult
@@ -96,6 +97,27 @@ def test_runs_stand_side_by_side_and_are_not_repeated(tmp_path: Path, capsys: py
     assert [json.loads(path.read_text())["state_hash"] for path in summaries] == [
         json.loads(told)["state_hash"] for told in (first, second)
     ]
+
+
+@pytest.mark.parametrize("method", ["monte-carlo", "latin-hypercube"])
+def test_the_command_samples_by_the_method_that_is_asked_for(tmp_path: Path, method: str) -> None:
+    """By seed 0 two independent draws are 0.64 and 0.27 of the range; with one in every half of it, the hypercube's are other numbers."""
+    asked = [
+        "sweep",
+        "two-layer",
+        *SHORT,
+        "--workers",
+        "1",
+        "--range",
+        "fluid.maximum_time_step=0.004:0.006",
+        "--runs",
+        "2",
+    ]
+    assert main([*asked, "--method", method, "--to", str(tmp_path)]) == 0
+    drawn = [float(row["fluid.maximum_time_step"]) for row in rows(tmp_path)]
+    independent = [float(f"{0.004 + 0.002 * share:.6g}") for share in np.random.default_rng(0).random(2)]
+    assert (drawn == independent) is (method == "monte-carlo")
+    assert method == "monte-carlo" or sorted(value > 0.005 for value in drawn) == [False, True]
 
 
 def test_only_figures_that_differ_are_shown() -> None:
