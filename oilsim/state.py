@@ -151,6 +151,10 @@ class FluidState:
                     raise ValueError(f"saved state has {name} that is not finite, allowed: finite numbers")
         if (saved["phase"] >= self.viscous_time.size).any():
             raise ValueError(f"saved state has phase {saved['phase'].max()}, allowed: below {self.viscous_time.size}")
+        if np.unique(saved["id"]).size < count or (saved["id"] >= saved["next_id"]).any():
+            raise ValueError(
+                f"saved state has ids up to {saved['id'].max()}, allowed: each once, below {saved['next_id']}"
+            )
         if not 0 <= saved["bordering"] <= saved["asleep"] <= count:
             told = f"{saved['asleep']} particles asleep, {saved['bordering']} of them at a border"
             raise ValueError(f"saved state has {told}, allowed: up to {count}")

@@ -70,7 +70,9 @@ def test_water_that_has_swollen_below_its_surface_falls_together(make_fluid, lay
     before = swollen()
     for _ in range(20):
         fluid.advance(0.05)
-    assert before == pytest.approx((layers / depth) ** 2, rel=1e-4)  # in spacings: layers / 12 at the top, layers^2 / 24 in all
+    assert before == pytest.approx(
+        (layers / depth) ** 2, rel=1e-4
+    )  # in spacings: layers / 12 at the top, layers^2 / 24 in all
     assert abs(swollen()) < 0.2 * before
 
 
