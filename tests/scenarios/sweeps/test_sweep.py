@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import signal
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from coupling.participant import StepResult
 from coupling.participants.fluid import FluidParticipant
 from scenarios.cli import main
 from scenarios.problems import ScenarioError
+from scenarios.sweeps.remote_run import run_elsewhere
 from scenarios.sweeps.results import Outcome, differing
 from scenarios.sweeps.variants import Variation, parse_variation, variants
 from tests.scenarios.small_tow import small_tow
@@ -186,24 +188,35 @@ def test_stop_ends_the_sweep_and_the_next_one_goes_on(tmp_path: Path, monkeypatc
     assert [row["ended"] for row in rows(tmp_path)] == ["completed", "completed"]
 
 
-def _fake_run(ended: str) -> Callable[..., dict[str, object]]:
-    """A run elsewhere that ends at once, as the process of one would."""
-
-    def run(plan: dict[str, Any], record: str | None = None, started: object = None) -> dict[str, object]:
-        assert plan["scenario"]["run"]["threads"] == 1
-        return {"code": 1, "summary": None, "said": f"first\n{ended}\n"}
-
-    return run
-
-
-def test_a_run_that_crashes_is_told_and_the_rest_is_made(
+def test_a_run_that_is_killed_is_told_and_the_rest_is_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scenarios.sweeps.at_once.run_elsewhere", _fake_run("out of memory"))
-    asked = ["sweep", "two-layer", "--vary", "fluid.maximum_time_step=0.004,0.005,0.006", "--workers", "3"]
+    """As by a system that runs out of memory: the process of the second of three runs is killed as soon as it is there."""
+    started = []
+
+    def elsewhere(
+        plan: dict[str, Any], record: str | None, watch: Callable[[subprocess.Popen[str]], None]
+    ) -> dict[str, Any]:
+        def watched(process: subprocess.Popen[str]) -> None:
+            watch(process)
+            started.append(process.pid)
+            if plan["scenario"]["fluid"]["maximum_time_step"] == 0.005:
+                process.kill()
+
+        assert plan["scenario"]["run"]["threads"] == 1
+        return run_elsewhere(plan, record, watched)
+
+    monkeypatch.setattr("scenarios.sweeps.at_once.run_elsewhere", elsewhere)
+    short = ["--set", "fluid.particle_spacing=0.1", "--until", "0.02"]
+    asked = ["sweep", "two-layer", *short, "--vary", "fluid.maximum_time_step=0.004,0.005,0.006", "--workers", "2"]
     assert main([*asked, "--to", str(tmp_path)]) == 1
-    said = capsys.readouterr().err
-    assert said.count("failed with exit code 1: out of memory") == 3 and "3 of 3" in said
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.count("failed with exit code -9: no word") == 1 and "3 of 3: " in said
+    assert len(started) == 3
+    assert [(row["fluid.maximum_time_step"], row["ended"]) for row in rows(tmp_path)] == [
+        ("0.004", "completed"),
+        ("0.006", "completed"),
+    ]
 
 
 def test_folder_that_cannot_be_made_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
