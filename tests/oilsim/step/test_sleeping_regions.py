@@ -14,6 +14,7 @@ from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
 from oilsim.step.sleeping_regions import with_surroundings
 from oilsim.step.stages.search import search_neighbors
+from oilsim.step.step_arrays import StepArrays
 from tests.oilsim.conftest import WATER
 
 SPACING, DEPTH, LENGTH, GRAVITY = 0.025, 0.25, 4.0, 9.81
@@ -300,3 +301,21 @@ def test_sleeping_water_is_found_where_it_lies_when_others_come_and_go(sleeping,
     for i in range(state.awake):
         found = pairs.neighbor[pairs.start[i] : pairs.start[i] + int(pairs.number[i])]
         assert sorted([*found.tolist(), i]) == sorted(near[i])
+
+
+def test_nothing_is_compressed_where_all_is_asleep(monkeypatch):
+    """Beside a body far above, that keeps the air around it awake."""
+    fluid = channel()
+    handle, reserve = fluid.add_boundary(plate(0.0)), StepArrays.reserve
+
+    def reserve_unwritten(arrays, *needed):
+        reserve(arrays, *needed)
+        arrays.compression[:] = np.nan
+
+    monkeypatch.setattr(StepArrays, "reserve", reserve_unwritten)
+    fluid.watch()
+    for _ in range(20):
+        fluid.set_boundary_motion(handle, (0, 0, 0.6), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
+        report = fluid.advance(0.1)
+    assert fluid.state.awake == 0 < fluid.state.listed
+    assert report.density_error_max == report.budget.compression.mean == 0.0
