@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from oilsim import checks
 from oilsim.accounts import diagnostics
 from oilsim.accounts.budget import Budget
-from oilsim.accounts.ledger import Ledger
 from oilsim.advance_report import AdvanceReport, Unreported
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.boundary_particles import BoundaryParticles
@@ -21,7 +21,7 @@ from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import Forcing
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver
-from oilsim.state import FluidState
+from oilsim.state import FluidState, places_of
 from oilsim.step.paper.scheme import paper_step
 from oilsim.step.schemes import split_step
 from oilsim.step.stages.advection import advect
@@ -89,71 +89,76 @@ class Fluid(FluidView):
         self._relative_speed = None
 
     def set_velocities(self, velocity: ArrayLike) -> None:
-        """Give all particles velocities (3, N) [m/s] from now on, in the order of `particles`.
+        """Give all particles velocities (3, N) [m/s] from now on, in the order of `particles` before the call, which lands the step.
 
         ValueError for another shape, and for numbers that are not finite.
         """
-        self.state.velocity[:] = checks.finite("velocity", velocity, 3, self.state.count)
+        given = checks.finite("velocity", velocity, 3, self.state.count)
+        self.state.velocity[:] = given[:, self._landed()]
         self._disturbed()
 
     def remove_particles(self, chosen: NDArray[np.bool_]) -> None:
-        """Take out the particles that are True in `chosen` (N,), in the order of `particles`; ValueError for another shape or type."""
+        """Take out the particles that are True in `chosen` (N,), in the order of `particles` before the call, which lands the step.
+
+        ValueError for another shape or type.
+        """
         marks = np.asarray(chosen)
         if marks.dtype != np.bool_ or marks.shape != (self.state.count,):
             raise ValueError(f"chosen is {marks.dtype} {marks.shape}, allowed: bool ({self.state.count},)")
-        if self.state.remove(marks, self.tools.team):
+        if self.state.remove(marks[self._landed()], self.tools.team):
             self.tools.lists.forget()
         self._disturbed()
+
+    def _landed(self) -> NDArray[np.int64]:
+        """Land, which may sort particles and take some out; return where those that are left (N,) were before."""
+        before = self.state.id
+        self.land()
+        return places_of(self.state.id, before)
 
     def swap_particles(self, first: ArrayLike, second: ArrayLike) -> None:
         """Let particles change places in pairs: first, second (n,) ids. Volumes, masses and each pair's momentum stay.
 
         A particle takes over the velocity of its new place, but for a small change that it shares with its partner (`FluidState.swap`).
-        Accounts of energy and momentum book the change as "swaps". ValueError for ids that do not exist or occur twice.
+        Accounts of energy and momentum book the change as "swaps". It lands the step. ValueError for ids that occur twice, or that do not
+        exist then.
         """
-        chosen = checks.pairs_of_ids(first, second, self.state.id)
-        self.land()
-        order = np.argsort(self.state.id, kind="stable")
-        index = order[np.searchsorted(self.state.id, chosen, sorter=order)]
-        if self.tools.budget is not None:
-            self.tools.budget.open()
-        with self.tools.stage("swaps"):
+        self.land()  # first, because particles may leave
+        rows = places_of(checks.pairs_of_ids(first, second, self.state.id), self.state.id)
+        with self._swapping(rows.ravel()):
             mass = self.config.rest_volume * np.array([phase.rest_density for phase in self.config.phases])
-            self.state.swap(index[0], index[1], mass)
-        if self.tools.budget is not None:
-            self.tools.budget.suspend()
-        if self.tools.regions is not None:
-            self.tools.regions.wake(self.state.position[:, index.ravel()])
-        self._relative_speed = None
+            self.state.swap(rows[0], rows[1], mass)
 
     def change_phase(self, ids: ArrayLike, phase: str) -> NDArray[np.uint32]:
         """Let particles become another liquid where they are, at the velocity they have; return their new ids (n,).
 
-        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. ValueError for
-        ids that do not exist or occur twice.
+        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. It lands the
+        step. ValueError for ids that occur twice, or that do not exist then.
         """
         index = self.config.phase_index(phase)
-        chosen = checks.known_ids(ids, self.state.id)
-        self.land()
-        order = np.argsort(self.state.id, kind="stable")
-        rows = order[np.searchsorted(self.state.id, chosen, sorter=order)]
+        self.land()  # first, because particles may leave
+        rows = places_of(checks.known_ids(ids, self.state.id), self.state.id)
         fresh = np.arange(self.state.next_id, self.state.next_id + rows.size, dtype=np.uint32)
-        if self.tools.budget is not None:
-            self.tools.budget.open()
-        with self.tools.stage("swaps"):
+        with self._swapping(rows):
             self.state.phase[rows], self.state.id[rows] = index, fresh
             self.state.next_id += rows.size
-        if self.tools.budget is not None:
-            self.tools.budget.suspend()
+        return fresh
+
+    @contextmanager
+    def _swapping(self, rows: NDArray[np.int64]) -> Iterator[None]:
+        """Book what a block changes of the particles in these rows (n,) of the state as swaps, and wake the water around them."""
+        with self.tools.booked(), self.tools.stage("swaps"):
+            yield
+        self._wake(rows)
+        self._relative_speed = None
+
+    def _wake(self, rows: NDArray[np.int64] | slice = slice(None)) -> None:
+        """Wake the water around the particles in these rows (n,) of the state; all that sleeps, by default."""
         if self.tools.regions is not None:
             self.tools.regions.wake(self.state.position[:, rows])
-        self._relative_speed = None
-        return fresh
 
     def _disturbed(self) -> None:
         """Wake all that sleeps, and forget how the liquid was last seen to deform."""
-        if self.tools.regions is not None:
-            self.tools.regions.wake(self.state.position)
+        self._wake()
         self._relative_speed = None
 
     def add_boundary(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
@@ -249,11 +254,8 @@ class Fluid(FluidView):
             if flown == 0.0:  # the step that has just begun
                 return
             self.state.step = flown
-            if self.tools.budget is not None:
-                self.tools.budget.open()
-            self._end_step()
-            if self.tools.budget is not None:
-                self.tools.budget.suspend()
+            with self.tools.booked():
+                self._end_step()
 
     def _largest_speed(self) -> float:
         bodies = self.tools.walls.largest_speed(self.config.lower, self.config.upper, self.config.longest_time_step)
@@ -341,34 +343,18 @@ class Fluid(FluidView):
                 self.tools.lists.forget()
 
     def _check(self) -> None:
-        for name in ("position", "velocity"):
-            bad = np.flatnonzero(~np.isfinite(getattr(self.state, name)).all(axis=0))
-            if bad.size:
-                phase = self.config.phases[self.state.phase[bad[0]]].name
-                raise FluidError(
-                    f"{name} of {bad.size} particles is not finite at t = {self.time:.6g} s, the first has id "
-                    f"{self.state.id[bad[0]]} in phase {phase!r}"
-                )
+        if told := diagnostics.not_finite(self.state, self.config, self.time):
+            raise FluidError(told)
 
     def _report(self) -> AdvanceReport:
         report = self._unreported.report(
             float(self.arrays.compression.max(initial=0.0)) + self.arrays.crowding,
             stage_seconds=dict(self.tools.seconds),
             asleep=self.state.asleep,
-            budget=self._close_budget(),
+            budget=self.tools.close_budget(self._duration, self.arrays),
         )
         self.tools.seconds.clear()
         return report
-
-    def _close_budget(self) -> Ledger | None:
-        budget, arrays = self.tools.budget, self.arrays
-        if budget is None:
-            return None
-        return budget.close(
-            self._duration,
-            arrays.compression + np.float32(arrays.crowding),
-            arrays.surface if self.tools.constants.corrected else None,
-        )
 
     def close(self) -> None:
         """End the fluid's threads; its readings stay available."""
@@ -387,7 +373,7 @@ class Fluid(FluidView):
             "state": self.state.save(),
             "lists": self.tools.lists.save(self.state, self.tools.walls),
             "regions": None if self.tools.regions is None else self.tools.regions.save(),
-            "bodies": {str(h): {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.tools.walls.moving.items()},
+            "bodies": self.tools.walls.save_motions(),
             "tied": self.tools.walls.tied,
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
@@ -404,11 +390,7 @@ class Fluid(FluidView):
         self.tools.lists.restore(saved["lists"])
         if self.tools.regions is not None:
             self.tools.regions.restore(saved["regions"])
-        self.tools.walls.stop(list(self.tools.walls.moving))  # to move again in the order in which they did
-        for handle, values in saved["bodies"].items():
-            self.tools.walls.set_motion(int(handle), MovingBody(**{k: np.copy(v) for k, v in values.items()}))
-        if saved["tied"] is not None:
-            self.tools.walls.tie(list(self.tools.walls.moving), saved["tied"])
+        self.tools.walls.restore_motions(saved["bodies"], saved["tied"])
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):
             forcing.restore(values)
         for emitter, values in zip(self.emitters, saved["emitters"], strict=True):

@@ -45,6 +45,12 @@ def take(begin, end, chosen, before, after):
         after[3][n], after[4][n], after[5][n] = before[3][i], before[4][i], before[5][i]
 
 
+def places_of(ids: NDArray[np.integer], among: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return where each of `ids`, of any shape, stands in `among` (N,), which has all of them, each once."""
+    sorter = np.argsort(among, kind="stable")
+    return sorter[np.searchsorted(among, ids, sorter=sorter)]
+
+
 @dataclass
 class FluidState:
     """Structure of arrays over N particles, float32.

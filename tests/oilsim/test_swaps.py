@@ -107,6 +107,7 @@ def test_a_change_of_liquid_books_its_mass_and_moves_nothing():
     fluid = layers()
     budget = fluid.watch()
     fluid.advance(0.005)
+    fluid.land()
     chosen, others = fluid.phase_ids("water")[:7], fluid.phase_ids("water")[7:]
     known, oil_before = fluid.particles.id.copy(), fluid.phase_ids("oil")
     rows = np.isin(fluid.particles.id, chosen)
@@ -137,3 +138,28 @@ def test_a_change_of_liquid_refuses_what_it_cannot_change():
     with pytest.raises(ValueError, match="brine"):
         fluid.change_phase([water], "brine")
     assert pair(fluid) == (oil, water)
+
+
+def drop_that_leaves():
+    """Oil on water, beside a drop that has flown out of the domain in a step that goes on; the fluid, and the drop's id."""
+    fluid = layers()
+    fluid.add_particles([(1.8, 0.3, 0.3)], phase="oil", velocity=(10.0, 0.0, 0.0))
+    drop = int(fluid.particles.id.max())
+    while drop in fluid.particles.id:
+        fluid.advance(1.1e-3)
+        if fluid.state.to_fly > 0.0 and place_of(fluid, drop)[0] > 2.0:
+            return fluid, drop
+    raise AssertionError("it left at the end of a step")
+
+
+@pytest.mark.parametrize("change", ["swap", "phase"])
+def test_a_particle_that_leaves_by_a_change_is_no_other_one(change):
+    fluid, drop = drop_that_leaves()
+    before = {name: fluid.phase_ids(name) for name in DENSITIES}
+    with pytest.raises(ValueError, match=f"particle {drop} does not exist, allowed: ids of particles in the fluid"):
+        if change == "swap":
+            fluid.swap_particles([drop], [int(before["water"][0])])
+        else:
+            fluid.change_phase([drop], "water")
+    assert np.array_equal(fluid.phase_ids("water"), before["water"])
+    assert np.array_equal(fluid.phase_ids("oil"), before["oil"][before["oil"] != drop])
