@@ -162,12 +162,23 @@ class Fluid(FluidView):
         self._relative_speed = None
 
     def add_boundary(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
-        """Add a solid surface at rest; returns the handle that the other calls take: a new one, or the one that it had before."""
-        return self.tools.walls.add(boundary, handle)
+        """Add a solid surface at rest; returns the handle that the other calls take: a new one, or the one that it had before.
+
+        ValueError for a handle that another surface has.
+        """
+        handle = self.tools.walls.add(boundary, handle)
+        self._walls_changed()
+        return handle
 
     def remove_boundary(self, handle: int) -> None:
         """Remove a solid surface; ValueError for a handle that does not exist."""
         self.tools.walls.remove(handle)
+        self._walls_changed()
+
+    def _walls_changed(self) -> None:
+        """Drop the lists, which know wall particles by their numbers, and wake all that sleeps."""
+        self.tools.lists.forget()
+        self._wake()
 
     def set_boundary_motion(
         self, handle: int, position: ArrayLike, orientation: ArrayLike, linear_velocity: ArrayLike, angular_velocity: ArrayLike,

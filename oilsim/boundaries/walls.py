@@ -145,8 +145,10 @@ class Walls:
         self.owner: NDArray[np.uint16] = np.empty(0, np.uint16)
 
     def add(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
-        """Add a boundary at rest and return its handle, a new one if none is given."""
+        """Add a boundary at rest and return its handle, a new one if none is given; ValueError for one that another boundary has."""
         handle = self._next if handle is None else handle
+        if handle in self.boundaries:
+            raise ValueError(f"boundary {handle} exists already, allowed: a handle that none has")
         self._next = max(self._next, handle + 1)
         self.boundaries[handle] = boundary
         self._reach[handle] = float(np.linalg.norm(boundary.position, axis=1).max(initial=0.0))

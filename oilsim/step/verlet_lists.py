@@ -175,7 +175,7 @@ class VerletLists:
         return self._renew(state, walls, motion)
 
     def forget(self) -> None:
-        """Drop all that is kept, after other particles fell asleep or woke."""
+        """Drop all that is kept, after other particles fell asleep or woke, or the walls became others."""
         self._build = self._sleepers = None
         self._kept.clear()
 

@@ -154,6 +154,15 @@ def test_forcings_that_cannot_be_are_refused():
             )
 
 
+def test_surfaces_have_handles_of_their_own(make_fluid):
+    fluid, dot = make_fluid(), {"position": np.zeros((1, 3)), "volume": np.ones(1), "area": np.ones(1)}
+    first = BoundaryParticles(name="first", **dot)
+    handle = fluid.add_boundary(first)
+    with pytest.raises(ValueError, match=f"boundary {handle} exists already, allowed: a handle that none has"):
+        fluid.add_boundary(BoundaryParticles(name="second", **dot), handle)
+    assert fluid.boundaries[handle] is first
+
+
 def test_nothing_leaves_the_plane(make_fluid):
     fluid = make_fluid(dimension=2, lower=(0, -1, 0), upper=(2, 1, 2))
     fluid.add_particles([(1, 0, 1)], phase="water")

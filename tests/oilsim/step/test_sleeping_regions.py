@@ -303,6 +303,13 @@ def test_sleeping_water_is_found_where_it_lies_when_others_come_and_go(sleeping,
         assert sorted([*found.tolist(), i]) == sorted(near[i])
 
 
+def test_water_wakes_when_another_surface_takes_the_place_of_one(sleeping):
+    (walls,) = sleeping.boundaries
+    sleeping.remove_boundary(walls)
+    sleeping.add_boundary(tank_walls((0, 0, 0), (LENGTH, 0, 1), SPACING, sides=("-z",), dimension=2), walls)
+    assert sleeping.advance(0.02).asleep == 0
+
+
 def test_nothing_is_compressed_where_all_is_asleep(monkeypatch):
     """Beside a body far above, that keeps the air around it awake."""
     fluid = channel()
