@@ -26,6 +26,7 @@ from oilsim.step.paper.scheme import paper_step
 from oilsim.step.schemes import split_step
 from oilsim.step.stages.advection import advect
 from oilsim.step.stages.forcing import apply_forcings
+from oilsim.step.stages.gravity import apply_gravity
 from oilsim.step.step_result import StepResult
 from oilsim.step.step_tools import StepTools
 from oilsim.step.time_step import (
@@ -199,7 +200,9 @@ class Fluid(FluidView):
         checks.motion(handle, self.tools.walls.boundaries, motion)
         if handle not in self.tools.walls.moving:
             self.land()
-        self.tools.walls.set_motion(handle, motion)
+        change = self.tools.walls.set_motion(handle, motion)
+        if change * self.config.longest_time_step > self.config.cfl * self.config.particle_spacing:
+            self._relative_speed = None  # found before this jump
 
     def set_joint_inverse_mass(self, handles: Sequence[int], inverse_mass: ArrayLike) -> None:
         """Set the inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] by which bodies tied by joints answer impulses together.
@@ -309,6 +312,7 @@ class Fluid(FluidView):
         """Run the stages of a step where its flight ends."""
         time_step = self.state.step
         if self._is_void:
+            apply_gravity(self.tools, self.state, time_step)  # and what else acts on bodies
             result = StepResult(time_step, 0, 0, 0, 0.0, 0.0)
         elif self.config.scheme == "paper":
             result = paper_step(self.tools, self.arrays, self.state, time_step, self._drive)

@@ -163,11 +163,16 @@ class Walls:
         self._tied = None
         self._stale = True
 
-    def set_motion(self, handle: int, body: MovingBody) -> None:
-        """Let the boundary move as `body` from now on."""
-        self._stale |= handle not in self.moving
+    def set_motion(self, handle: int, body: MovingBody) -> float:
+        """Let the boundary move as `body` from now on; return the most [m/s] by which that changes the velocity of any of its points."""
+        last, change = self.moving.get(handle), body.twist
+        if last is None:
+            self._stale = True
+        else:
+            change, body.impulse = body.twist - last.twist, last.impulse
         self._tied = None
         self.moving[handle] = body
+        return float(np.linalg.norm(change[:3]) + self._reach[handle] * np.linalg.norm(change[3:]))
 
     def save_motions(self) -> dict[str, dict[str, Any]]:
         """Return a copy of the fields of each `MovingBody`, by handle as text."""
