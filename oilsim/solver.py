@@ -92,9 +92,9 @@ class Fluid(FluidView):
     def set_velocities(self, velocity: ArrayLike) -> None:
         """Give all particles velocities (3, N) [m/s] from now on, in the order of `particles` before the call, which lands the step.
 
-        ValueError for another shape, and for numbers that are not finite.
+        ValueError for another shape, for numbers that are not finite, and in two dimensions for velocities along y.
         """
-        given = checks.finite("velocity", velocity, 3, self.state.count)
+        given = checks.velocities(self.config, velocity, self.state.count)
         self.state.velocity[:] = given[:, self._landed()]
         self._disturbed()
 
@@ -165,8 +165,9 @@ class Fluid(FluidView):
     def add_boundary(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
         """Add a solid surface at rest; returns the handle that the other calls take: a new one, or the one that it had before.
 
-        ValueError for a handle that another surface has.
+        ValueError for a handle that another surface has, and in two dimensions for points off the plane y = 0.
         """
+        checks.boundary(self.config, boundary)
         handle = self.tools.walls.add(boundary, handle)
         self._walls_changed()
         return handle
@@ -197,7 +198,7 @@ class Fluid(FluidView):
             inverse_mass=np.zeros((6, 6)) if inverse_mass is None else np.array(inverse_mass, np.float64),
             free_acceleration=np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
         )
-        checks.motion(handle, self.tools.walls.boundaries, motion)
+        checks.motion(self.config, handle, self.tools.walls.boundaries, motion)
         if handle not in self.tools.walls.moving:
             self.land()
         change = self.tools.walls.set_motion(handle, motion)
@@ -220,7 +221,7 @@ class Fluid(FluidView):
         self._stirred |= not calms
 
     def add_emitter(self, emitter: PipeEmitter) -> None:
-        """Add a pipe; ValueError for a phase that does not exist, in two dimensions, and outside the domain."""
+        """Add a pipe; ValueError for a phase that does not exist, in two dimensions, outside the domain, and for half a particle."""
         checks.pipe(self.config, emitter)
         self.emitters.append(emitter)
 

@@ -350,7 +350,7 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
-    """Check that pipes are not thinner than a particle, and skirts not shallower; windows say so themselves, of their own particles."""
+    """Check pipes and skirts against a particle; windows say so themselves, of their own particles."""
     d = fluid.particle_spacing
     if parts.run is not None and parts.run.detail != "particles":  # no pipe or skirt meets particles of this size
         return
@@ -362,6 +362,9 @@ def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
         if emitter.radius < 0.5 * d:
             text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
             yield Problem(f"emitters.{name}.radius", text)
+        if emitter.volume is not None and emitter.volume <= 0.5 * d**3 and parts.run and parts.run.has_particles:
+            text = f"is {emitter.volume:g}, allowed: above {0.5 * d**3:g} m3, half a particle"
+            yield Problem(f"emitters.{name}.volume", text)
 
 
 def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterator[Problem]:

@@ -207,6 +207,11 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
         ('[probes.p]\nkind = "body"\nbody = "rock"', "probes.p.body", "is no body"),
         ('[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.01\nspeed = 1.0', "emitters.e.radius", "0.05 m or more"),
         (
+            '[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.1\nspeed = 1.0\nvolume = 1e-4',
+            "emitters.e.volume",
+            "above 0.0005 m3, half a particle",
+        ),
+        (
             '[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.1\nspeed = 1.0\ndirection = [0, 0, 0]',
             "emitters.e.direction",
             "not all zero",
