@@ -17,6 +17,10 @@ Double = NDArray[np.float64]
 
 # [1] share of an inverse mass's largest entry by which it may differ from its transpose; numerical; not on record
 SKEW = 1e-6
+# [d] off the plane y = 0 that is taken for a rounding, of a wall's points or a body's way in the longest step; numerical; not on record
+FLAT = 1e-6
+# of a twist: along y, and about x and z, out of the plane
+ACROSS = [1, 3, 5]
 
 
 def finite(what: str, values: ArrayLike, *shape: int | None) -> Double:
@@ -105,8 +109,25 @@ def known_ids(ids: ArrayLike, present: NDArray[np.uint32]) -> NDArray[np.int64]:
     return given
 
 
-def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> None:
-    """Raise ValueError for a motion of a boundary that does not exist, or with numbers that no body can have."""
+def velocities(config: FluidConfig, velocity: ArrayLike, count: int) -> Double:
+    """Return velocities (3, count) [m/s] of all particles; ValueError for another shape, numbers not finite, and off the plane."""
+    given = finite("velocity", velocity, 3, count)
+    if config.dimension == 2 and given[1].any():
+        raise ValueError("velocity along y is other than 0, allowed: 0 in two dimensions")
+    return given
+
+
+def boundary(config: FluidConfig, surface: BoundaryParticles) -> None:
+    """Raise ValueError for a solid surface off the plane of a fluid in two dimensions."""
+    off = np.abs(surface.position[:, 1]).max(initial=0.0)
+    if config.dimension == 2 and off > FLAT * config.particle_spacing:
+        raise ValueError(
+            f"boundary {surface.name!r} has points at up to {off} m from y = 0, allowed: 0 in two dimensions"
+        )
+
+
+def motion(config: FluidConfig, handle: int, boundaries: Mapping[int, object], body: MovingBody) -> None:
+    """Raise ValueError for a motion of a boundary that does not exist, with numbers that no body can have, or out of the plane."""
     if handle not in boundaries:
         raise ValueError(f"boundary {handle} does not exist, allowed: {sorted(boundaries)}")
     shapes = {"position": (3,), "orientation": (4,), "twist": (6,), "inverse_mass": (6, 6), "free_acceleration": (6,)}
@@ -114,20 +135,18 @@ def motion(handle: int, boundaries: Mapping[int, object], body: MovingBody) -> N
         finite(f"{name} of boundary {handle}", getattr(body, name), *shape)
     if not body.orientation.any():
         raise ValueError(f"orientation of boundary {handle} is 0, allowed: a quaternion x y z w other than 0")
-    if (body.inverse_mass.diagonal() < 0.0).any():
-        lowest = float(body.inverse_mass.diagonal().min())
-        raise ValueError(f"inverse_mass of boundary {handle} has {lowest} on its diagonal, allowed: 0 or more")
-    if (body.inverse_mass != body.inverse_mass.T).any():
-        largest = np.abs(body.inverse_mass).max()
-        skew = float(np.abs(body.inverse_mass - body.inverse_mass.T).max())
-        if skew > SKEW * largest:
-            raise ValueError(f"inverse_mass of boundary {handle} differs from its transpose by {skew}, allowed: 0")
+    _inverse_mass(f"inverse_mass of boundary {handle}", body.inverse_mass)
+    across = float(np.abs(body.twist[ACROSS]).max())
+    if config.dimension == 2 and across * config.longest_time_step > FLAT * config.particle_spacing:
+        raise ValueError(
+            f"twist of boundary {handle} leads out of the plane by {across} m/s or rad/s, allowed: 0 in two dimensions"
+        )
 
 
 def ties(handles: Sequence[int], inverse_mass: Double, moving: Sequence[int]) -> None:
     """Raise ValueError for an inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] that the moving boundaries cannot have.
 
-    `handles` must be all the `moving` ones in any order, the numbers finite, and the diagonal not negative.
+    `handles` must be all the `moving` ones in any order, the numbers finite, the diagonal not negative, and the matrix symmetric.
     """
     if sorted(handles) != sorted(moving) or inverse_mass.shape != (6 * len(handles),) * 2:
         raise ValueError(
@@ -135,9 +154,18 @@ def ties(handles: Sequence[int], inverse_mass: Double, moving: Sequence[int]) ->
             f"allowed: (6 n, 6 n) for all that move, {list(moving)}"
         )
     finite(f"inverse mass of boundaries {list(handles)}", inverse_mass, None, None)
+    _inverse_mass(f"inverse mass of boundaries {list(handles)}", inverse_mass)
+
+
+def _inverse_mass(what: str, inverse_mass: Double) -> None:
+    """Raise ValueError for an inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] that is negative on its diagonal, or not symmetric."""
     if (inverse_mass.diagonal() < 0.0).any():
         lowest = float(inverse_mass.diagonal().min())
-        raise ValueError(f"inverse mass of boundaries {list(handles)} has {lowest} on its diagonal, allowed: 0 or more")
+        raise ValueError(f"{what} has {lowest} on its diagonal, allowed: 0 or more")
+    if (inverse_mass != inverse_mass.T).any():
+        skew = float(np.abs(inverse_mass - inverse_mass.T).max())
+        if skew > SKEW * np.abs(inverse_mass).max():
+            raise ValueError(f"{what} differs from its transpose by {skew}, allowed: 0")
 
 
 def made_of(config: FluidConfig, boundaries: Mapping[int, BoundaryParticles]) -> dict[str, Any]:
@@ -178,6 +206,8 @@ def pipe(config: FluidConfig, emitter: PipeEmitter) -> None:
         raise ValueError("a pipe pours a round jet, allowed: none in two dimensions")
     if emitter.spacing != config.particle_spacing:
         raise ValueError(f"pipe: spacing is {emitter.spacing} m, allowed: the fluid's, {config.particle_spacing} m")
+    if emitter.particles_left == 0:
+        raise ValueError(f"pipe: volume is less than half a particle, allowed: above {0.5 * config.rest_volume:g} m3")
     _require_inside(config, f"particles of the pipe at {emitter.mouth.tolist()} m", emitter.entrance)
 
 

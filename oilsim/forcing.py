@@ -175,7 +175,7 @@ class AiryWaves(LimitedAttributes):
     height crest to trough [m], period [s], direction [rad from +x], still water between bottom and level [m].
     The amplitude grows over the first period. A current `drift` [m/s] is added to the target and carries the waves. The period
     is that seen from the moving water: an observer at rest sees the frequency omega + k . drift (Doppler).
-    ValueError for waves that cannot be.
+    Only the height and the drift may change: crests would jump by any other change. ValueError for that, and for waves that cannot be.
     """
 
     QUANTITIES: ClassVar[Mapping[str, Quantity]] = MappingProxyType(
@@ -203,6 +203,13 @@ class AiryWaves(LimitedAttributes):
         self.bottom, self.level, self.zone, self.drift = bottom, level, zone, drift
         self._carried = (0.0, 0.0)  # [m] by the current so far
         self.wave_number = wave_number(period, level - bottom, gravity)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in ("period", "direction", "bottom", "level") and hasattr(self, name):
+            raise ValueError(
+                f"waves: {name} stays {getattr(self, name)} while they run, allowed to change: height, drift"
+            )
+        super().__setattr__(name, value)
 
     @staticmethod
     def _problems(bottom: float, level: float, drift: tuple[float, ...]) -> Iterator[str]:

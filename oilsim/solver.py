@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from oilsim import checks
 from oilsim.accounts import diagnostics
 from oilsim.accounts.budget import Budget
-from oilsim.accounts.ledger import Ledger
 from oilsim.advance_report import AdvanceReport, Unreported
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.boundary_particles import BoundaryParticles
@@ -21,11 +21,12 @@ from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import Forcing
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver
-from oilsim.state import FluidState
+from oilsim.state import FluidState, places_of
 from oilsim.step.paper.scheme import paper_step
 from oilsim.step.schemes import split_step
 from oilsim.step.stages.advection import advect
 from oilsim.step.stages.forcing import apply_forcings
+from oilsim.step.stages.gravity import apply_gravity
 from oilsim.step.step_result import StepResult
 from oilsim.step.step_tools import StepTools
 from oilsim.step.time_step import (
@@ -91,80 +92,97 @@ class Fluid(FluidView):
         self._relative_speed = None
 
     def set_velocities(self, velocity: ArrayLike) -> None:
-        """Give all particles velocities (3, N) [m/s] from now on, in the order of `particles`.
+        """Give all particles velocities (3, N) [m/s] from now on, in the order of `particles` before the call, which lands the step.
 
-        ValueError for another shape, and for numbers that are not finite.
+        ValueError for another shape, for numbers that are not finite, and in two dimensions for velocities along y.
         """
-        self.state.velocity[:] = checks.finite("velocity", velocity, 3, self.state.count)
+        given = checks.velocities(self.config, velocity, self.state.count)
+        self.state.velocity[:] = given[:, self._landed()]
         self._disturbed()
 
     def remove_particles(self, chosen: NDArray[np.bool_]) -> None:
-        """Take out the particles that are True in `chosen` (N,), in the order of `particles`; ValueError for another shape or type."""
+        """Take out the particles that are True in `chosen` (N,), in the order of `particles` before the call, which lands the step.
+
+        ValueError for another shape or type.
+        """
         marks = np.asarray(chosen)
         if marks.dtype != np.bool_ or marks.shape != (self.state.count,):
             raise ValueError(f"chosen is {marks.dtype} {marks.shape}, allowed: bool ({self.state.count},)")
-        if self.state.remove(marks, self.tools.team):
+        if self.state.remove(marks[self._landed()], self.tools.team):
             self.tools.lists.forget()
         self._disturbed()
+
+    def _landed(self) -> NDArray[np.int64]:
+        """Land, which may sort particles and take some out; return where those that are left (N,) were before."""
+        before = self.state.id
+        self.land()
+        return places_of(self.state.id, before)
 
     def swap_particles(self, first: ArrayLike, second: ArrayLike) -> None:
         """Let particles change places in pairs: first, second (n,) ids. Volumes, masses and each pair's momentum stay.
 
         A particle takes over the velocity of its new place, but for a small change that it shares with its partner (`FluidState.swap`).
-        Accounts of energy and momentum book the change as "swaps". ValueError for ids that do not exist or occur twice.
+        Accounts of energy and momentum book the change as "swaps". It lands the step. ValueError for ids that occur twice, or that do not
+        exist then.
         """
-        chosen = checks.pairs_of_ids(first, second, self.state.id)
-        self.land()
-        order = np.argsort(self.state.id, kind="stable")
-        index = order[np.searchsorted(self.state.id, chosen, sorter=order)]
-        if self.tools.budget is not None:
-            self.tools.budget.open()
-        with self.tools.stage("swaps"):
+        self.land()  # first, because particles may leave
+        rows = places_of(checks.pairs_of_ids(first, second, self.state.id), self.state.id)
+        with self._swapping(rows.ravel()):
             mass = self.config.rest_volume * np.array([phase.rest_density for phase in self.config.phases])
-            self.state.swap(index[0], index[1], mass)
-        if self.tools.budget is not None:
-            self.tools.budget.suspend()
-        if self.tools.regions is not None:
-            self.tools.regions.wake(self.state.position[:, index.ravel()])
-        self._relative_speed = None
+            self.state.swap(rows[0], rows[1], mass)
 
     def change_phase(self, ids: ArrayLike, phase: str) -> NDArray[np.uint32]:
         """Let particles become another liquid where they are, at the velocity they have; return their new ids (n,).
 
-        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. ValueError for
-        ids that do not exist or occur twice.
+        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. It lands the
+        step. ValueError for ids that occur twice, or that do not exist then.
         """
         index = self.config.phase_index(phase)
-        chosen = checks.known_ids(ids, self.state.id)
-        self.land()
-        order = np.argsort(self.state.id, kind="stable")
-        rows = order[np.searchsorted(self.state.id, chosen, sorter=order)]
+        self.land()  # first, because particles may leave
+        rows = places_of(checks.known_ids(ids, self.state.id), self.state.id)
         fresh = np.arange(self.state.next_id, self.state.next_id + rows.size, dtype=np.uint32)
-        if self.tools.budget is not None:
-            self.tools.budget.open()
-        with self.tools.stage("swaps"):
+        with self._swapping(rows):
             self.state.phase[rows], self.state.id[rows] = index, fresh
             self.state.next_id += rows.size
-        if self.tools.budget is not None:
-            self.tools.budget.suspend()
+        return fresh
+
+    @contextmanager
+    def _swapping(self, rows: NDArray[np.int64]) -> Iterator[None]:
+        """Book what a block changes of the particles in these rows (n,) of the state as swaps, and wake the water around them."""
+        with self.tools.booked(), self.tools.stage("swaps"):
+            yield
+        self._wake(rows)
+        self._relative_speed = None
+
+    def _wake(self, rows: NDArray[np.int64] | slice = slice(None)) -> None:
+        """Wake the water around the particles in these rows (n,) of the state; all that sleeps, by default."""
         if self.tools.regions is not None:
             self.tools.regions.wake(self.state.position[:, rows])
-        self._relative_speed = None
-        return fresh
 
     def _disturbed(self) -> None:
         """Wake all that sleeps, and forget how the liquid was last seen to deform."""
-        if self.tools.regions is not None:
-            self.tools.regions.wake(self.state.position)
+        self._wake()
         self._relative_speed = None
 
     def add_boundary(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
-        """Add a solid surface at rest; returns the handle that the other calls take: a new one, or the one that it had before."""
-        return self.tools.walls.add(boundary, handle)
+        """Add a solid surface at rest; returns the handle that the other calls take: a new one, or the one that it had before.
+
+        ValueError for a handle that another surface has, and in two dimensions for points off the plane y = 0.
+        """
+        checks.boundary(self.config, boundary)
+        handle = self.tools.walls.add(boundary, handle)
+        self._walls_changed()
+        return handle
 
     def remove_boundary(self, handle: int) -> None:
         """Remove a solid surface; ValueError for a handle that does not exist."""
         self.tools.walls.remove(handle)
+        self._walls_changed()
+
+    def _walls_changed(self) -> None:
+        """Drop the lists, which know wall particles by their numbers, and wake all that sleeps."""
+        self.tools.lists.forget()
+        self._wake()
 
     def set_boundary_motion(
         self, handle: int, position: ArrayLike, orientation: ArrayLike, linear_velocity: ArrayLike, angular_velocity: ArrayLike,
@@ -182,10 +200,12 @@ class Fluid(FluidView):
             inverse_mass=np.zeros((6, 6)) if inverse_mass is None else np.array(inverse_mass, np.float64),
             free_acceleration=np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
         )
-        checks.motion(handle, self.tools.walls.boundaries, motion)
+        checks.motion(self.config, handle, self.tools.walls.boundaries, motion)
         if handle not in self.tools.walls.moving:
             self.land()
-        self.tools.walls.set_motion(handle, motion)
+        change = self.tools.walls.set_motion(handle, motion)
+        if change * self.config.longest_time_step > self.config.cfl * self.config.particle_spacing:
+            self._relative_speed = None  # found before this jump
 
     def set_joint_inverse_mass(self, handles: Sequence[int], inverse_mass: ArrayLike) -> None:
         """Set the inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] by which bodies tied by joints answer impulses together.
@@ -203,7 +223,7 @@ class Fluid(FluidView):
         self._stirred |= not calms
 
     def add_emitter(self, emitter: PipeEmitter) -> None:
-        """Add a pipe; ValueError for a phase that does not exist, in two dimensions, and outside the domain."""
+        """Add a pipe; ValueError for a phase that does not exist, in two dimensions, outside the domain, and for half a particle."""
         checks.pipe(self.config, emitter)
         self.emitters.append(emitter)
 
@@ -251,11 +271,8 @@ class Fluid(FluidView):
             if flown == 0.0:  # the step that has just begun
                 return
             self.state.step = flown
-            if self.tools.budget is not None:
-                self.tools.budget.open()
-            self._end_step()
-            if self.tools.budget is not None:
-                self.tools.budget.suspend()
+            with self.tools.booked():
+                self._end_step()
 
     def _largest_speed(self) -> float:
         bodies = self.tools.walls.largest_speed(self.config.lower, self.config.upper, self.config.longest_time_step)
@@ -298,6 +315,7 @@ class Fluid(FluidView):
         """Run the stages of a step where its flight ends."""
         time_step = self.state.step
         if self._is_void:
+            apply_gravity(self.tools, self.state, time_step)  # and what else acts on bodies
             result = StepResult(time_step, 0, 0, 0, 0.0, 0.0)
         elif self.config.scheme == "paper":
             result = paper_step(self.tools, self.arrays, self.state, time_step, self._drive)
@@ -343,34 +361,18 @@ class Fluid(FluidView):
                 self.tools.lists.forget()
 
     def _check(self) -> None:
-        for name in ("position", "velocity"):
-            bad = np.flatnonzero(~np.isfinite(getattr(self.state, name)).all(axis=0))
-            if bad.size:
-                phase = self.config.phases[self.state.phase[bad[0]]].name
-                raise FluidError(
-                    f"{name} of {bad.size} particles is not finite at t = {self.time:.6g} s, the first has id "
-                    f"{self.state.id[bad[0]]} in phase {phase!r}"
-                )
+        if told := diagnostics.not_finite(self.state, self.config, self.time):
+            raise FluidError(told)
 
     def _report(self) -> AdvanceReport:
         report = self._unreported.report(
             float(self.arrays.compression.max(initial=0.0)) + self.arrays.crowding,
             stage_seconds=dict(self.tools.seconds),
             asleep=self.state.asleep,
-            budget=self._close_budget(),
+            budget=self.tools.close_budget(self._duration, self.arrays),
         )
         self.tools.seconds.clear()
         return report
-
-    def _close_budget(self) -> Ledger | None:
-        budget, arrays = self.tools.budget, self.arrays
-        if budget is None:
-            return None
-        return budget.close(
-            self._duration,
-            arrays.compression + np.float32(arrays.crowding),
-            arrays.surface if self.tools.constants.corrected else None,
-        )
 
     def close(self) -> None:
         """End the fluid's threads; its readings stay available."""
@@ -389,7 +391,7 @@ class Fluid(FluidView):
             "state": self.state.save(),
             "lists": self.tools.lists.save(self.state, self.tools.walls),
             "regions": None if self.tools.regions is None else self.tools.regions.save(),
-            "bodies": {str(h): {k: np.copy(v) for k, v in vars(b).items()} for h, b in self.tools.walls.moving.items()},
+            "bodies": self.tools.walls.save_motions(),
             "tied": self.tools.walls.tied,
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
@@ -406,11 +408,7 @@ class Fluid(FluidView):
         self.tools.lists.restore(saved["lists"])
         if self.tools.regions is not None:
             self.tools.regions.restore(saved["regions"])
-        self.tools.walls.stop(list(self.tools.walls.moving))  # to move again in the order in which they did
-        for handle, values in saved["bodies"].items():
-            self.tools.walls.set_motion(int(handle), MovingBody(**{k: np.copy(v) for k, v in values.items()}))
-        if saved["tied"] is not None:
-            self.tools.walls.tie(list(self.tools.walls.moving), saved["tied"])
+        self.tools.walls.restore_motions(saved["bodies"], saved["tied"])
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):
             forcing.restore(values)
         for emitter, values in zip(self.emitters, saved["emitters"], strict=True):

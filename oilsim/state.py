@@ -45,6 +45,12 @@ def take(begin, end, chosen, before, after):
         after[3][n], after[4][n], after[5][n] = before[3][i], before[4][i], before[5][i]
 
 
+def places_of(ids: NDArray[np.integer], among: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return where each of `ids`, of any shape, stands in `among` (N,), which has all of them, each once."""
+    sorter = np.argsort(among, kind="stable")
+    return sorter[np.searchsorted(among, ids, sorter=sorter)]
+
+
 @dataclass
 class FluidState:
     """Structure of arrays over N particles, float32.
@@ -151,6 +157,10 @@ class FluidState:
                     raise ValueError(f"saved state has {name} that is not finite, allowed: finite numbers")
         if (saved["phase"] >= self.viscous_time.size).any():
             raise ValueError(f"saved state has phase {saved['phase'].max()}, allowed: below {self.viscous_time.size}")
+        if np.unique(saved["id"]).size < count or (saved["id"] >= saved["next_id"]).any():
+            raise ValueError(
+                f"saved state has ids up to {saved['id'].max()}, allowed: each once, below {saved['next_id']}"
+            )
         if not 0 <= saved["bordering"] <= saved["asleep"] <= count:
             told = f"{saved['asleep']} particles asleep, {saved['bordering']} of them at a border"
             raise ValueError(f"saved state has {told}, allowed: up to {count}")

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 GRAVITY = 9.80665  # [m/s2] standard, of the tonne as a force
 _KILO_FROM = 100.0  # [N] from which a force is written in kN
 _TONNES_FROM = 1000.0  # [N] from which it is written in tonnes too
+_ROUNDING = 1e-9  # far below any figure that is told, far above what rounding leaves of figures about 1
 CAUSE_IN_WORDS: Mapping[str, str] = {
     "entrainment": "swept under the skirt",
     "drainage": "drained under the skirt",
@@ -28,8 +29,10 @@ def cause_in_words(cause: str) -> str:
 
 
 def three_figures(number: float) -> str:
-    """Write a number with three figures, never with an exponent: 0.0123, 12.3, 12,300."""
-    if number == 0.0 or not math.isfinite(number):
+    """Write a number with three figures, never with an exponent: 0.0123, 12.3, 12,300; what rounding leaves of nothing is 0."""
+    if abs(number) < _ROUNDING:
+        return "0"
+    if not math.isfinite(number):
         return f"{number:g}"
     digits = 2 - math.floor(math.log10(abs(number)))
     rounded = round(number, digits)

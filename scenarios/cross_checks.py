@@ -39,7 +39,7 @@ from scenarios.schema.moorings import MooringSettings, TieSettings, fast_water_p
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
-from scenarios.schema.run_settings import RunSettings
+from scenarios.schema.run_settings import RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings, ShoreSettings, shore_problems
 from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 from scenarios.schema.window import WindowTable, window_place
@@ -94,6 +94,7 @@ class Parts:
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
     faults: Mapping[str, FaultSettings] = field(default_factory=dict)
+    site: SiteSettings | None = None
 
 
 def problems_between(parts: Parts) -> Iterator[Problem]:
@@ -365,10 +366,11 @@ def _skimmers(parts: Parts) -> Iterator[Problem]:
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
-    """Check that pipes are not thinner than a particle, and skirts not shallower; windows say so themselves, of their own particles."""
+    """Check pipes and skirts against a particle; windows say so themselves, of their own particles."""
     d = fluid.particle_spacing
-    has_windows = parts.run is not None and parts.run.detail == "window"
-    for name, boom in parts.booms.items() if not has_windows else ():
+    if parts.run is not None and parts.run.detail != "particles":  # no pipe or skirt meets particles of this size
+        return
+    for name, boom in parts.booms.items():
         if boom.skirt_depth < d:
             text = f"is {boom.skirt_depth:g}, allowed: {d:g} m or more, one fluid.particle_spacing, or it holds no particle"
             yield Problem(f"booms.{name}.skirt_depth", text)
@@ -376,6 +378,9 @@ def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
         if emitter.radius < 0.5 * d:
             text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
             yield Problem(f"emitters.{name}.radius", text)
+        if emitter.volume is not None and emitter.volume <= 0.5 * d**3 and parts.run and parts.run.has_particles:
+            text = f"is {emitter.volume:g}, allowed: above {0.5 * d**3:g} m3, half a particle"
+            yield Problem(f"emitters.{name}.volume", text)
 
 
 def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterator[Problem]:

@@ -27,7 +27,7 @@ from scenarios.schema import (
     window,
 )
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
-from scenarios.schema.parsing.structuring import SUFFIXES
+from scenarios.schema.parsing.structuring import keys_of
 from scenarios.schema.parsing.type_checks import shape_of
 
 INTRODUCTION = """# Scenario files
@@ -40,9 +40,10 @@ Sailors' directions are taken too, in degrees clockwise from north: `heading_com
 the `direction` of wind or waves, by where they come from, and `toward_compass` in place of that of a current. North is +y, unless `[site]`
 has another `bearing`.
 
-`oilsim check FILE` reads a file, reports every problem at once, and estimates the cost of a run. `--set KEY=VALUE` changes an entry for
-one run: `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`. The `[demo]` table
-holds such changes for `--demo`.
+`oilsim check FILE` reads a file, reports all wrong entries at once, then all that does not fit, and estimates the cost of a run.
+`--set KEY=VALUE` changes an entry for one run:
+`--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`.
+The `[demo]` table holds such changes for `--demo`.
 
 A key without a default must be given. `python -m scenarios.reference` writes this page.
 
@@ -204,9 +205,7 @@ def _row(table: str, section: type[Section], item: Field[Any]) -> str:
     if own in (chapter for chapter, _ in CHAPTERS):
         tables = "a list of tables" if get_origin(kind) is tuple else "a table"
         value = f"{tables}, see [{own}](#{own.replace('.', '').lower()})"
-    names = [item.name]
-    if limits is not None:
-        names += [item.name + suffix for suffix, (unit, _) in SUFFIXES.items() if limits.unit in (unit, f"{unit}/s")]
+    names = keys_of(section, item.name)
     return f"| {', '.join(f'`{name}`' for name in names)} | {value} | {_default(item)} |"
 
 

@@ -26,7 +26,7 @@ from oilsim.backend.thread_team import BLOCK, Team, block_count
 from oilsim.boundaries.walls import Walls
 from oilsim.config import FluidConfig
 from oilsim.gradients.relaxation_time import squared_shear_rate
-from oilsim.state import FluidState
+from oilsim.state import FluidState, places_of
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -253,8 +253,7 @@ class Budget:
         """Bring the velocities kept of this step into the order in which the search has put the particles."""
         if self._id is self._state.id:
             return
-        sorter = np.argsort(self._id, kind="stable")
-        order = sorter[np.searchsorted(self._id, self._state.id, sorter=sorter)]
+        order = places_of(self._state.id, self._id)
         self._first = self._first[:, order]
         self._kicks = [kick._replace(before=kick.before[:, order], after=kick.after[:, order]) for kick in self._kicks]
 

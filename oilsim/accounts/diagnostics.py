@@ -46,6 +46,19 @@ def largest_speed(state: FluidState) -> float:
     return float(np.sqrt(np.einsum("ij,ij->j", state.velocity, state.velocity).max(initial=0.0)))
 
 
+def not_finite(state: FluidState, config: FluidConfig, time: float) -> str | None:
+    """Say which positions or velocities of the state at `time` [s] are no finite numbers; None if all are."""
+    for name in ("position", "velocity"):
+        bad = np.flatnonzero(~np.isfinite(getattr(state, name)).all(axis=0))
+        if bad.size:
+            phase = config.phases[state.phase[bad[0]]].name
+            return (
+                f"{name} of {bad.size} particles is not finite at t = {time:.6g} s, the first has id {state.id[bad[0]]} "
+                f"in phase {phase!r}"
+            )
+    return None
+
+
 def outside(position: NDArray[np.float32], config: FluidConfig) -> NDArray[np.bool_]:
     """Return which particles (N,) have left the domain through a side that does not repeat; position (3, N) [m]."""
     result = np.zeros(position.shape[1], bool)

@@ -7,9 +7,9 @@ impulses and answer with their inverse mass, each by itself or tied together by 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -145,8 +145,10 @@ class Walls:
         self.owner: NDArray[np.uint16] = np.empty(0, np.uint16)
 
     def add(self, boundary: BoundaryParticles, handle: int | None = None) -> int:
-        """Add a boundary at rest and return its handle, a new one if none is given."""
+        """Add a boundary at rest and return its handle, a new one if none is given; ValueError for one that another boundary has."""
         handle = self._next if handle is None else handle
+        if handle in self.boundaries:
+            raise ValueError(f"boundary {handle} exists already, allowed: a handle that none has")
         self._next = max(self._next, handle + 1)
         self.boundaries[handle] = boundary
         self._reach[handle] = float(np.linalg.norm(boundary.position, axis=1).max(initial=0.0))
@@ -161,17 +163,34 @@ class Walls:
         self._tied = None
         self._stale = True
 
-    def set_motion(self, handle: int, body: MovingBody) -> None:
-        """Let the boundary move as `body` from now on."""
-        self._stale |= handle not in self.moving
+    def set_motion(self, handle: int, body: MovingBody) -> float:
+        """Let the boundary move as `body` from now on; return the most [m/s] by which that changes the velocity of any of its points."""
+        last, change = self.moving.get(handle), body.twist
+        if last is None:
+            self._stale = True
+        else:
+            change, body.impulse = body.twist - last.twist, last.impulse
         self._tied = None
         self.moving[handle] = body
+        return float(np.linalg.norm(change[:3]) + self._reach[handle] * np.linalg.norm(change[3:]))
 
-    def stop(self, handles: Iterable[int]) -> None:
-        """Bring boundaries back to where they were added, at rest."""
-        for handle in handles:
-            del self.moving[handle]
-            self._tied, self._stale = None, True
+    def save_motions(self) -> dict[str, dict[str, Any]]:
+        """Return a copy of the fields of each `MovingBody`, by handle as text."""
+        return {
+            str(handle): {name: np.copy(v) for name, v in vars(body).items()} for handle, body in self.moving.items()
+        }
+
+    def restore_motions(self, saved: Mapping[str, Mapping[str, Any]], tied: Double | None) -> None:
+        """Let those bodies move that `save_motions` returned, in their order, and bring all others back to rest.
+
+        tied (6 n, 6 n) [1/kg, 1/(kg m2)]: how they answer together; None where each answers by itself.
+        """
+        self.moving.clear()
+        self._tied, self._stale = None, True
+        for handle, values in saved.items():
+            self.set_motion(int(handle), MovingBody(**{name: np.array(v) for name, v in values.items()}))
+        if tied is not None:
+            self.tie(list(self.moving), tied)
 
     def _require(self, handle: int) -> None:
         if handle not in self.boundaries:

@@ -187,7 +187,7 @@ def hold_waterline(begin, end, walls, waterline, kappa, pressed, time_step, velo
     """
     for i in range(begin, end):
         if walls.number[i] > 0:
-            share = time_step * min(kappa[i] / pressed, ONE)
+            share = time_step * max(min(kappa[i] / pressed, ONE), ZERO)  # suction, in a filled box, holds nothing
             velocity[0, i] += share * waterline[0, i]
             velocity[1, i] += share * waterline[1, i]
             velocity[2, i] += share * waterline[2, i]

@@ -49,7 +49,7 @@ class StepArrays:
         crowding                 mean compression of liquid that fills its box [1], 0 where a surface is free
         gradient_sum (3, N)      sum V grad W [1/m]
         matrix (N, 8)            Y of `gradient_correction` [1]
-        near (N,)                uint8, 1 within reach of a free surface
+        surface (N,)             uint8, a `FreeSurface`: how near one is
     gradients
         mended (N, 8)            Y after `shear_correction` [1]
         gradient                 pair vectors (3, P) of fluid neighbours [1/m]

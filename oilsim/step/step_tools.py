@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.accounts.budget import Budget
+from oilsim.accounts.ledger import Ledger
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.adhesion import adhesion_scale
 from oilsim.boundaries.boundary_particles import wall_coverage
@@ -159,6 +160,25 @@ class StepTools:
         """Tell which optional arrays the next step needs."""
         corrected, walls = self.constants.corrected, self.walls
         return Needs(corrected, corrected and walls.count > 0, corrected and bool(walls.moving))
+
+    @contextmanager
+    def booked(self) -> Iterator[None]:
+        """Let the budget, if one is kept, count what a block between advances changes."""
+        if self.budget is not None:
+            self.budget.open()
+        yield
+        if self.budget is not None:
+            self.budget.suspend()
+
+    def close_budget(self, duration: float, arrays: StepArrays) -> Ledger | None:
+        """Return the ledger of an advance of `duration` [s] that has ended; None where no budget is kept."""
+        if self.budget is None:
+            return None
+        return self.budget.close(
+            duration,
+            arrays.compression + np.float32(arrays.crowding),
+            arrays.surface if self.constants.corrected else None,
+        )
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:

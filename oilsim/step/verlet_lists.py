@@ -158,7 +158,7 @@ class VerletLists:
         self._kept: dict[str, Kept] = {}
         self._previous: tuple[Real, Real] = (_NOWHERE, _NOWHERE)
         self._travelled = 0.0
-        self._sleepers: CellOrder | None = None
+        self._sleepers: NDArray[np.uint32] | None = None  # starts of cells, counted from the first that sleeps
 
     def update(self, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
         """Return fluid and wall neighbours at the present positions; the state is sorted by cell where lists are not kept."""
@@ -175,7 +175,7 @@ class VerletLists:
         return self._renew(state, walls, motion)
 
     def forget(self) -> None:
-        """Drop all that is kept, after other particles fell asleep or woke."""
+        """Drop all that is kept, after other particles fell asleep or woke, or the walls became others."""
         self._build = self._sleepers = None
         self._kept.clear()
 
@@ -240,14 +240,13 @@ class VerletLists:
         """
         if not state.asleep:
             return None
+        awake, listed = np.uint32(state.awake), state.listed
         if self._sleepers is None:
-            awake, listed = state.awake, state.listed
-            order, start = self._search.order_by_cell(state.position[:, awake:listed].copy())
+            order, self._sleepers = self._search.order_by_cell(state.position[:, awake:listed].copy())
             others = np.arange(listed, state.count, dtype=np.uint32)
-            moved = np.concatenate([np.arange(awake, dtype=np.uint32), order + np.uint32(awake), others])
+            moved = np.concatenate([np.arange(awake, dtype=np.uint32), order + awake, others])
             state.take(moved, self._team)
-            self._sleepers = CellOrder(None, start + np.uint32(awake))
-        return self._sleepers
+        return CellOrder(None, self._sleepers + awake)
 
     def _keep(self, build: Build, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
         """Filter the lists that have expired, after listing candidates if there are none yet."""

@@ -137,8 +137,10 @@ class OilExchange:
         rows = resolved[np.isin(parcels.particle[resolved], leaving)]
         self._free(parcels, rows)
         self.given += self.volume * int((in_rim | orphans).sum())
-        if (in_rim | orphans).any():
-            self.window.fluid.change_phase(state.id[oil[in_rim | orphans]], self._water)
+        ids = state.id[oil[in_rim | orphans]]
+        if ids.size:
+            self.window.fluid.land()  # in which some may leave the window, upwards
+            self.window.fluid.change_phase(ids[np.isin(ids, state.id)], self._water)
 
     def _free(self, parcels: Parcels, rows: Rows) -> None:
         """Let resolved parcels of rows (M,) drift on their own."""

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 from recordings.words import volume_in_words
 from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.exit_codes import DONE
+from scenarios.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from scenarios.load import LoadedScenario
     from scenarios.scenario import Scenario
     from scenarios.setup.cost import Cost
 
@@ -30,9 +32,31 @@ def _check(options: argparse.Namespace) -> int:
     from scenarios.text.terminal import terminal
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
-    scenario = settled(loaded.scenario)
-    _print_cost(terminal(), scenario, estimate(scenario))
+    try:
+        scenario = settled(loaded.scenario)
+        cost = estimate(scenario)
+    except ScenarioError as error:
+        raise ScenarioError(error.problems, str(loaded.path)) from error
+    _require_levels(options, loaded)
+    _print_cost(terminal(), scenario, cost)
     return DONE
+
+
+def _require_levels(options: argparse.Namespace, loaded: LoadedScenario) -> None:
+    """Raise ScenarioError for levels of the scenario, other than the one that is checked, that could not be built or placed."""
+    from scenarios.load import load_scenario
+    from scenarios.setup.cost import estimate
+
+    problems = list[Problem]()
+    for level in loaded.scenario.levels:
+        changes = [*overrides(options), f"level={level}"]
+        try:
+            if level != loaded.scenario.level:
+                estimate(load_scenario(options.scenario, overrides=changes, demo=options.demo).scenario)
+        except ScenarioError as error:
+            problems += [problem.below(f"levels.{level}") for problem in error.problems]
+    if problems:
+        raise ScenarioError(problems, str(loaded.path))
 
 
 def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:

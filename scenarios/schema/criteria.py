@@ -120,6 +120,10 @@ def criteria_problems(criteria: Mapping[str, CriterionSettings]) -> Iterator[Pro
             yield Problem(f"{key}.series", "is given, allowed: only for a key that the program does not have itself")
         elif good == acceptable:
             yield Problem(key, "has equal limits `good` and `acceptable`, allowed: two different limits")
+        elif key in LIMITS and (good > acceptable) != (LIMITS[key][0] > LIMITS[key][1]):
+            better = "above" if LIMITS[key][0] > LIMITS[key][1] else "below"
+            text = f"has good = {good:g} and acceptable = {acceptable:g}, allowed: `good` {better} `acceptable`"
+            yield Problem(key, f"{text}; {'more' if better == 'above' else 'less'} is better here")
 
 
 class Fed(Protocol):

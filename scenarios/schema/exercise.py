@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from booms.boom import BoomDesign
 from booms.catalog import catalogue
@@ -49,6 +49,7 @@ class LegSettings(Section):
     by_hand  thrust ahead and steering counter-clockwise, each from -1 to 1 of the largest; then speed, heading and line are not kept
     """
 
+    COMPASS: ClassVar[str | None] = "heading_compass"
     start: float = quantity_of(CourseLeg, "start_time", default=0.0)
     speed: float = quantity_of(CourseLeg, "speed")
     heading: float = quantity_of(CourseLeg, "heading")
@@ -65,6 +66,7 @@ class TowSettings(Section):
     start    [s] at which the vessels get under way; before, they keep their places
     """
 
+    COMPASS: ClassVar[str | None] = "heading_compass"
     speed: float = quantity("m/s", at_least=0.0, at_most=20.0)
     heading: float = quantity("rad")
     start: float = quantity("s", default=0.0, at_least=0.0)
@@ -124,6 +126,7 @@ class VesselSettings(Section):
     hauled        [m] of its tow line that its own winch has hauled in, negative: paid out; the line is `tow_line` of its boom less this
     """
 
+    COMPASS: ClassVar[str | None] = "heading_compass"
     shape: Literal["wigley", "barge"] = "barge"
     length: float = quantity_of(HullSize, "length")
     beam: float = quantity_of(HullSize, "beam")

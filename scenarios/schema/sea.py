@@ -39,6 +39,7 @@ class SeaWaveSettings(Section):
     build_up    [s] since the start, over which the waves grow from nothing
     """
 
+    COMPASS: ClassVar[str | None] = "from_compass"
     direction: float = quantity_of(RegularWaves, "direction")
     seen_from: Literal["water", "ground"] = "water"
     stretching: Literal["wheeler", "none"] = "wheeler"
@@ -98,6 +99,7 @@ class SteadySeaCurrent(SeaCurrentSettings):
     """A steady current: speed [m/s] at the surface and direction [rad] it runs to."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "steady")
+    COMPASS: ClassVar[str | None] = "toward_compass"
     speed: float = quantity_of(SteadyFlow, "speed")
     direction: float = quantity_of(SteadyFlow, "direction")
 
@@ -113,6 +115,7 @@ class TidalSeaCurrent(SeaCurrentSettings):
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "tide")
+    COMPASS: ClassVar[str | None] = "toward_compass"
     speed: float = quantity_of(TidalFlow, "speed")
     direction: float = quantity_of(TidalFlow, "direction")
     turn: float = quantity_of(TidalFlow, "turn")
@@ -153,6 +156,7 @@ class SteadySeaWind(SeaWindSettings):
     """A wind of one mean: speed [m/s] at 10 m height and direction [rad] it blows to."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "steady")
+    COMPASS: ClassVar[str | None] = "from_compass"
     speed: float = quantity_of(SteadyFlow, "speed")
     direction: float = quantity_of(SteadyFlow, "direction")
 

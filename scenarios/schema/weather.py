@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 
 from oilsim.forcing import AiryWaves, Current, Wind, Zone, heading
 from oilsim.quantity import quantity_of
@@ -27,6 +28,7 @@ class WindSettings(Section):
     drag_coefficient  C_D in stress = rho_air C_D |U - v| (U - v)
     """
 
+    COMPASS: ClassVar[str | None] = "from_compass"
     speed: float = quantity_of(Wind, "speed")
     direction: float = quantity_of(Wind, "direction", default=0.0)
     gustiness: float = quantity_of(Wind, "gustiness")
@@ -67,6 +69,7 @@ class WaveSettings(ZoneSettings):
     level      [m] height of the still water; the default is that of the water at the start
     """
 
+    COMPASS: ClassVar[str | None] = "from_compass"
     height: float = quantity_of(AiryWaves, "height")
     period: float = quantity_of(AiryWaves, "period")
     direction: float = quantity_of(AiryWaves, "direction", default=0.0)
@@ -77,6 +80,7 @@ class WaveSettings(ZoneSettings):
 class CurrentSettings(ZoneSettings):
     """A steady, uniform current: speed [m/s] and the direction [rad] it runs to."""
 
+    COMPASS: ClassVar[str | None] = "toward_compass"
     speed: float = quantity_of(Current, "speed")
     direction: float = quantity_of(Current, "direction", default=0.0)
 

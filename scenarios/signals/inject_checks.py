@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 from scenarios.problems import Problem, ScenarioError, suggestion, unknown
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import PipeEmitterSettings
+from scenarios.schema.parsing.compass import section_without_compass
 from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.structuring import as_data, spellings, structure
+from scenarios.schema.run_settings import SiteSettings
 from scenarios.signals.order_keys import NEW_TABLES, ORDER_KEYS, Felt, matches, why_unfelt
 from scenarios.signals.score_signals import scores_of
 from scenarios.signals.signal_table import Signal, SignalTables, signals_of
@@ -18,11 +21,19 @@ SIGNALS_SHOWN = 8  # signals that an error names
 
 
 class InjectTables(Felt, SignalTables, Protocol):
-    """The tables of a scenario that injects name, and all its names by table."""
+    """The tables of a scenario that injects name, all its names by table, and the tables that it has, readable or not."""
 
     @property
     def injects(self) -> Mapping[str, InjectSettings]:
         """Injects by name."""
+
+    @property
+    def given(self) -> frozenset[str]:
+        """Names of all tables."""
+
+    @property
+    def site(self) -> SiteSettings | None:
+        """Place on Earth."""
 
     @property
     def names(self) -> Mapping[str, tuple[str, ...]]:
@@ -47,7 +58,8 @@ def inject_problems(parts: InjectTables) -> Iterator[Problem]:
             text = f"is {wanted!r}, which is no signal of the run{hint} allowed: {shown or 'none is there'}"
             yield Problem(f"injects.{name}.when.signal", text)
         for problem in _order_problems(inject.orders, parts):
-            yield Problem(f"injects.{name}.orders", f"has {problem}")
+            text = f"{problem.path}, which {problem.text}" if problem.path else problem.text
+            yield Problem(f"injects.{name}.orders", f"has {text}")
 
 
 def _order_problems(orders: tuple[str, ...], parts: InjectTables) -> Iterator[Problem]:
@@ -89,6 +101,8 @@ def _fault(keys: tuple[str, ...], value: Any, parts: InjectTables) -> str:
     if not is_new and not all(_is_order(path) for path in paths):
         allowed = [key for key in ORDER_KEYS if key.startswith(f"{table}.")] or ORDER_KEYS
         return f"cannot be ordered, allowed: {', '.join(allowed)}"
+    if table in parts.given and table not in parts.names and getattr(parts, table, None) is None:
+        return ""  # the table itself could not be read, which is said
     if table in parts.names and not is_new and name not in parts.names[table]:
         return f"names {name!r}, which {unknown(name, parts.names[table], f'entry of {table}')}"
     return why_unfelt(keys, parts)
@@ -117,6 +131,10 @@ def _misfits(place: tuple[str, ...], data: Any, parts: InjectTables) -> Iterator
     section = _entry(place, parts)
     if section is None and place[0] != "emitters":
         return  # it has been reported, or nothing feels it
+    data, misread = section_without_compass(data, place, math.pi / 2 if parts.site is None else parts.site.bearing)
+    yield from misread
+    if misread:
+        return
     try:
         if section is None:
             structure(data, PipeEmitterSettings)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles
+from oilsim.boundaries.boundary_particles import BoundaryParticles, solid_box
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind, Zone
@@ -66,6 +66,7 @@ def test_particles_have_places_of_their_own(make_fluid):
         ({"linear_velocity": (1, 0)}, r"twist of boundary 0 has shape \(5,\), allowed: \(6\)"),
         ({"inverse_mass": np.eye(3)}, r"inverse_mass of boundary 0 has shape \(3, 3\), allowed: \(6, 6\)"),
         ({"inverse_mass": -np.eye(6)}, "inverse_mass of boundary 0 has -1.0 on its diagonal, allowed: 0 or more"),
+        ({"inverse_mass": np.tri(6)}, "inverse_mass of boundary 0 differs from its transpose by 1.0, allowed: 0"),
     ],
 )
 def test_impossible_motions_are_refused(make_fluid, motion, message):
@@ -116,6 +117,7 @@ def test_a_plane_may_be_as_thick_as_it_likes():
     [
         ({"spacing": 0.05}, r"pipe: spacing is 0.05 m, allowed: the fluid's, 0.1 m"),
         ({"mouth": (0.1, 1, 1)}, "lie outside the domain"),
+        ({"volume": 0.5e-3}, r"pipe: volume is less than half a particle, allowed: above 0\.0005 m3"),
     ],
 )
 def test_pipes_that_cannot_pour_here_are_refused(make_fluid, options, message):
@@ -154,11 +156,43 @@ def test_forcings_that_cannot_be_are_refused():
             )
 
 
+def test_surfaces_have_handles_of_their_own(make_fluid):
+    fluid, dot = make_fluid(), {"position": np.zeros((1, 3)), "volume": np.ones(1), "area": np.ones(1)}
+    first = BoundaryParticles(name="first", **dot)
+    handle = fluid.add_boundary(first)
+    with pytest.raises(ValueError, match=f"boundary {handle} exists already, allowed: a handle that none has"):
+        fluid.add_boundary(BoundaryParticles(name="second", **dot), handle)
+    assert fluid.boundaries[handle] is first
+
+
+def test_bodies_answer_together_as_matter_does(make_fluid):
+    fluid, dot = make_fluid(), {"position": np.zeros((1, 3)), "volume": np.ones(1), "area": np.ones(1)}
+    handle = fluid.add_boundary(BoundaryParticles(name="dot", **dot))
+    fluid.set_boundary_motion(handle, **POSE)
+    with pytest.raises(
+        ValueError, match=r"inverse mass of boundaries \[0\] differs from its transpose by 1.0, allowed: 0"
+    ):
+        fluid.set_joint_inverse_mass([handle], np.tri(6))
+
+
 def test_nothing_leaves_the_plane(make_fluid):
     fluid = make_fluid(dimension=2, lower=(0, -1, 0), upper=(2, 1, 2))
     fluid.add_particles([(1, 0, 1)], phase="water")
     with pytest.raises(ValueError, match="a pipe pours a round jet, allowed: none in two dimensions"):
         fluid.add_emitter(pipe())
+    with pytest.raises(ValueError, match="velocity along y is other than 0, allowed: 0 in two dimensions"):
+        fluid.set_velocities([[0.0], [0.1], [0.0]])
+    with pytest.raises(ValueError, match=r"boundary 'box' has points at up to 0.2.* m from y = 0, allowed: 0"):
+        fluid.add_boundary(solid_box((0.5, 0.5, 0.5), 0.1, name="box"))
+    handle = fluid.add_boundary(solid_box((0.5, 0.0, 0.5), 0.1, dimension=2))
+    for twist in (
+        {"linear_velocity": (0, 0.1, 0)},
+        {"angular_velocity": (0.1, 0, 0)},
+        {"angular_velocity": (0, 0, 0.1)},
+    ):
+        with pytest.raises(ValueError, match=r"twist of boundary 0 leads out of the plane by 0\.1 m/s"):
+            fluid.set_boundary_motion(handle, **(POSE | twist))
+    fluid.set_boundary_motion(handle, **(POSE | {"linear_velocity": (1, 1e-12, 1), "angular_velocity": (0, 1, 1e-12)}))
     fluid.add_forcing(Current((0.0, 0.3, 0.0), Zone((0, -1, 0), (2, 1, 2), 0.1)))
     with pytest.raises(ValueError, match="Current moves liquid along y, allowed: x and z in two dimensions"):
         fluid.advance(0.01)

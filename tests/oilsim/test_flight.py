@@ -153,3 +153,35 @@ def test_what_would_cross_a_wall_in_the_shortest_step_ends_the_run(make_fluid, s
             fluid.advance(0.001)
         assert fluid.particle_count == 100
         assert fluid.state.position[0].min() > 0.0
+
+
+def dam_and_drop(make_fluid):
+    """The dam in flight, and a drop, first in order, that leaves when it lands; the fluid, and the drop's id."""
+    fluid = falling_dam(make_fluid)
+    fluid.add_particles([(-0.25, 0.3, 2.0)], phase="water", velocity=(-1.0, 0.0, 0.0))
+    fluid.advance(1e-3)
+    while fluid.state.to_fly < 0.008:
+        fluid.advance(1e-3)
+    drop = int(fluid.particles.id.max())
+    assert fluid.particles.id[0] == drop
+    fluid.state.position[0, 0] = -0.4
+    return fluid, drop
+
+
+def test_new_velocities_end_a_flight(make_fluid):
+    """Otherwise the rest of the step would take water through a wall, at a speed for which the step was never meant."""
+    fluid, drop = dam_and_drop(make_fluid)
+    ids = fluid.particles.id
+    given = np.tile([[-40.0], [0.0], [0.0]], ids.size) + 1e-2 * ids * [[0.0], [0.0], [1.0]]
+    fluid.set_velocities(given)
+    assert fluid.state.to_fly == 0.0 and drop not in fluid.particles.id
+    np.testing.assert_allclose(fluid.particles.velocity[2], 1e-2 * fluid.particles.id, rtol=1e-6)  # each its own
+    fluid.advance(0.01)
+    assert fluid.particles.position[0].min() > -0.5 * SPACING
+
+
+def test_marks_of_particles_hold_though_one_leaves(make_fluid):
+    fluid, drop = dam_and_drop(make_fluid)
+    ids = fluid.particles.id
+    fluid.remove_particles(ids % 2 == 0)
+    assert set(fluid.particles.id.tolist()) == set(ids[ids % 2 == 1].tolist()) - {drop}

@@ -223,3 +223,14 @@ def test_a_zone_with_an_edge_rises_smoothly_from_its_sides():
     assert share == pytest.approx([0.0, 1.0 - np.exp(-0.1 / 0.5 * 0.5), *[float(sharp.share(0.1, position))] * 2, 0.0])
     with pytest.raises(ValueError, match="edge"):
         Zone((0, 0, 0), (1, 1, 1), 0.5, edge=-1.0)
+
+
+def test_waves_that_run_keep_their_length():
+    waves = AiryWaves(height=0.1, period=1.2, direction=0.0, bottom=0.0, level=0.5, zone=EVERYWHERE)
+    for name in ("period", "direction", "bottom", "level"):
+        with pytest.raises(
+            ValueError, match=rf"waves: {name} stays .* while they run, allowed to change: height, drift"
+        ):
+            setattr(waves, name, 0.3)
+    waves.height = 0.2
+    assert (waves.height, waves.period) == (0.2, 1.2)

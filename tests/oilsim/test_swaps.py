@@ -1,4 +1,4 @@
-"""Particles that change places: what they are moves, and volume, mass and momentum stay."""
+"""Particles that change places: what they are moves, and volume, mass and momentum stay; and particles that change their liquid."""
 
 import numpy as np
 import pytest
@@ -100,3 +100,66 @@ def test_bad_pairs_are_refused():
         fluid.swap_particles([oil, oil], [water, 0])
     with pytest.raises(ValueError, match="1 first and 2 second"):
         fluid.swap_particles([oil], [water, 0])
+
+
+def test_a_change_of_liquid_books_its_mass_and_moves_nothing():
+    """n water particles become oil: n V delta-rho is gone, with its momentum and its energy, and the accounts close."""
+    fluid = layers()
+    budget = fluid.watch()
+    fluid.advance(0.005)
+    fluid.land()
+    chosen, others = fluid.phase_ids("water")[:7], fluid.phase_ids("water")[7:]
+    known, oil_before = fluid.particles.id.copy(), fluid.phase_ids("oil")
+    rows = np.isin(fluid.particles.id, chosen)
+    before = {name: getattr(fluid.particles, name).copy() for name in ("position", "velocity")}
+    place, speed = (before[name][:, rows].astype(float) for name in ("position", "velocity"))
+    fresh = fluid.change_phase(chosen, "oil")
+    for name, values in before.items():
+        assert np.array_equal(getattr(fluid.particles, name), values)
+    assert np.unique(fresh).size == 7 and not np.isin(fresh, known).any()
+    assert np.array_equal(np.sort(fluid.phase_ids("oil")), np.sort([*oil_before, *fresh]))
+    assert np.array_equal(np.sort(fluid.phase_ids("water")), np.sort(others))
+    assert np.array_equal(np.sort(fluid.particles.id[rows]), np.sort(fresh))
+    fluid.advance(0.005)
+    swaps, less = budget.last.part("swaps"), (DENSITIES["oil"] - DENSITIES["water"]) * SPACING**3
+    assert swaps.momentum[:3] == pytest.approx(less * speed.sum(axis=1), rel=1e-5, abs=1e-6)
+    assert swaps.potential == pytest.approx(less * 1.0 * place[2].sum(), rel=1e-5)
+    assert swaps.kinetic == pytest.approx(0.5 * less * (speed**2).sum(), rel=1e-5)
+    assert budget.last.energy_residual < 1e-5
+    assert budget.last.momentum_residual < 1e-5
+
+
+def test_a_change_of_liquid_refuses_what_it_cannot_change():
+    fluid = layers()
+    oil, water = pair(fluid)
+    for ids, message in (([water, 99999], "particle 99999 does not exist"), ([water, oil, water], "particle twice")):
+        with pytest.raises(ValueError, match=message):
+            fluid.change_phase(ids, "oil")
+    with pytest.raises(ValueError, match="brine"):
+        fluid.change_phase([water], "brine")
+    assert pair(fluid) == (oil, water)
+
+
+def drop_that_leaves():
+    """Oil on water, beside a drop that has flown out of the domain in a step that goes on; the fluid, and the drop's id."""
+    fluid = layers()
+    fluid.add_particles([(1.8, 0.3, 0.3)], phase="oil", velocity=(10.0, 0.0, 0.0))
+    drop = int(fluid.particles.id.max())
+    while drop in fluid.particles.id:
+        fluid.advance(1.1e-3)
+        if fluid.state.to_fly > 0.0 and place_of(fluid, drop)[0] > 2.0:
+            return fluid, drop
+    raise AssertionError("it left at the end of a step")
+
+
+@pytest.mark.parametrize("change", ["swap", "phase"])
+def test_a_particle_that_leaves_by_a_change_is_no_other_one(change):
+    fluid, drop = drop_that_leaves()
+    before = {name: fluid.phase_ids(name) for name in DENSITIES}
+    with pytest.raises(ValueError, match=f"particle {drop} does not exist, allowed: ids of particles in the fluid"):
+        if change == "swap":
+            fluid.swap_particles([drop], [int(before["water"][0])])
+        else:
+            fluid.change_phase([drop], "water")
+    assert np.array_equal(fluid.phase_ids("water"), before["water"])
+    assert np.array_equal(fluid.phase_ids("oil"), before["oil"][before["oil"] != drop])

@@ -79,6 +79,29 @@ def test_boundaries_are_seen_by_their_handles() -> None:
     assert fluid.moving_boundaries == (handle,) and fluid.boundary_motion(handle).position[2] > 0.7
 
 
+def test_a_load_is_that_of_the_last_advance_until_the_next() -> None:
+    fluid = column()
+    handle = fluid.add_boundary(solid_box((0.2, 0.2, 0.2), SPACING))
+    motion = handle, (0.2, 0.2, 0.3), (0, 0, 0, 1), (0.0, 0.0, -0.5), (0.0, 0.0, 0.0)
+    fluid.set_boundary_motion(*motion)
+    fluid.advance(0.01)
+    load = fluid.boundary_wrench(handle)
+    fluid.set_boundary_motion(*motion)
+    np.testing.assert_array_equal(fluid.boundary_wrench(handle), load)
+    assert load.any()
+
+
+def test_a_body_falls_where_there_is_no_liquid() -> None:
+    fluid = column()
+    fluid.remove_particles(np.ones(fluid.particle_count, bool))
+    handle = fluid.add_boundary(solid_box((0.2, 0.2, 0.2), SPACING))
+    fluid.set_boundary_motion(
+        handle, (0.2, 0.2, 0.7), (0, 0, 0, 1), np.zeros(3), np.zeros(3), np.eye(6), (0, 0, -9.81, 0, 0, 0)
+    )
+    fluid.advance(0.01)
+    np.testing.assert_allclose(fluid.boundary_twist(handle), (0, 0, -0.0981, 0, 0, 0))
+
+
 def inside_of_a_fluid(source: str) -> list[str]:
     """Places in Python source where a fluid's own parts, or a private attribute of it, are reached for."""
     found = []

@@ -142,7 +142,11 @@ def test_tension_and_temperature_belong_to_oils() -> None:
     data["phases"]["sea"] |= {"interfacial_tension": 0.02, "temperature": 10.0}
     with pytest.raises(ScenarioError) as found:
         scenario_from(data)
-    assert "interfacial_tension" in str(found.value) or "temperature" in str(found.value)
+    told = {problem.path: problem.text for problem in found.value.problems}
+    assert told == {
+        "phases.sea.temperature": "is 10, allowed: only with the name of an oil",
+        "phases.sea.interfacial_tension": "is 0.02, allowed: only of an oil or of air",
+    }
 
 
 def test_oil_properties_are_those_at_the_scenarios_temperature() -> None:

@@ -28,6 +28,24 @@ def test_list_names_every_scenario_and_oil(capsys: pytest.CaptureFixture[str]) -
     assert "bunker-c" in text
 
 
+def test_list_shows_the_brief_of_an_exercise_and_its_notes_only_if_asked(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A trainee who lists an exercise does not see what the instructor knows of it."""
+    monkeypatch.setenv("COLUMNS", "1000")
+    exercise = load_scenario("u-sweep").scenario.exercise
+    assert exercise is not None and exercise.notes
+    for arguments, shown in ((["list", "u-sweep"], False), (["list", "u-sweep", "--notes"], True)):
+        assert main(arguments) == 0
+        text = capsys.readouterr().out
+        assert text.startswith("u-sweep: Two vessels sweep a slick") and exercise.goal in text
+        assert " ".join(exercise.brief.split()) in " ".join(text.split())
+        assert (" ".join(exercise.notes.split()) in " ".join(text.split())) is shown
+        assert ("Instructor's notes" in text) is shown
+    assert main(["list", "two-layer"]) == 0  # which is no exercise
+    assert "9.81 (840 x 0.2 + 1027 x 0.3) = 4671 Pa" in capsys.readouterr().out
+
+
 def test_new_copies_an_exercise_with_comments(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "mine.toml"
     assert main(["new", "u-sweep", "--to", str(path)]) == 0
@@ -61,31 +79,42 @@ def test_check_says_what_a_scenario_costs(name: str, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "told"),
     [
-        ["check", "no-such-scenario"],
-        ["check", "calm-spread", "--set", "fluid.particle_spacing=-1"],
-        ["run", "calm-spread", "--no-record", "--until", "-1"],
-        ["run", "calm-spread", "--no-record", "--threads", "0"],
-        ["run", "calm-spread", "--no-record", "--picture", "x.png"],
-        ["run", "calm-spread", "--no-record", "--live"],
-        ["run", "calm-spread", "--record", "no/such/folder/x.rrd"],
-        ["run", "calm-spread", "--no-record", "--summary", "/proc/x.json"],
-        ["run", "calm-spread", "--record", "/tmp/x.rrd", "--picture", "x.xyz"],
-        ["run", "calm-spread", "--record", "/tmp/x.rrd", "--picture", "x"],
-        ["run", "calm-spread", "--no-record", "--threads", "100000"],
-        ["run", "--resume", "x.rrd", "--demo"],
-        ["report", "x.rrd", "--csv", "x", "--tracks", "oil", "--ids", "-1"],
-        ["report", "x.rrd", "--csv", "x", "--tracks", "oil", "--ids", "3,99999999999"],
-        ["replay", "no-such-file.rrd"],
+        ("check no-such-scenario", "'no-such-scenario' is neither a file nor a shipped scenario, allowed: a .toml file, "),
+        ("list no-such-scenario", "'no-such-scenario' is neither a file nor a shipped scenario, allowed: a .toml file, "),
+        ("check calm-spread --set fluid.particle_spacing=-1", "fluid.particle_spacing is -1.0, allowed: above 0 m"),
+        ("run calm-spread --no-record --until -1", "--until is -1.0 s, allowed: above 0 s"),
+        ("run calm-spread --no-record --threads 0", "run.threads is 0, allowed: 1 or more and at most 1024"),
+        ("run calm-spread --no-record --threads 100000", "run.threads is 100000, allowed: 1 or more and at most 1024"),
+        ("run calm-spread --no-record --picture x.png", "--picture needs a recording, allowed: only without --no-record"),
+        ("run calm-spread --no-record --live", "--live needs a recording, allowed: only without --no-record"),
+        ("run calm-spread --record no/folder/x.rrd", "--record is 'no/folder/x.rrd', which cannot be written: No such file"),
+        ("run calm-spread --no-record --summary no/x.json", "--summary is 'no/x.json', which cannot be written: No such file"),
+        ("run calm-spread --record new.rrd --picture x.xyz", "--picture is 'x.xyz', allowed: a name that ends with .png or"),
+        ("run calm-spread --record new.rrd --picture x", "--picture is 'x', allowed: a name that ends with .png or"),
+        ("run --resume here.rrd --demo", "--demo needs a scenario, allowed: with --resume FILE only if the scenario is named"),
+        ("report here.rrd --csv x --tracks oil --ids -1", "--ids has -1, allowed: 0 to 4294967295"),
+        ("report here.rrd --csv x --tracks oil --ids 3,99999999999", "--ids has 99999999999, allowed: 0 to 4294967295"),
+        ("replay no-such-file.rrd", "oilsim: recording no-such-file.rrd: does not exist"),
+        ("oils maya --evaporated 2", "--evaporated is 2.0, allowed: 0 or more and at most 0.75"),
+        ("order here.rrd tow.speed=1 --patience 0", "--patience is 0.0 s, allowed: above 0 s"),
+        ("order here.rrd tow.speed=1 --patience -1", "--patience is -1.0 s, allowed: above 0 s"),
+        ("order here.rrd tow.speed=1 --patience nan", "--patience is nan s, allowed: above 0 s"),
     ],
-)
+)  # fmt: skip
 def test_bad_input_ends_with_2_and_says_what_is_allowed(
-    arguments: list[str], capsys: pytest.CaptureFixture[str]
+    arguments: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(arguments) == 2
-    said = capsys.readouterr().err
-    assert "allowed" in said or "does not exist" in said
+    """It leaves nothing, and a recording that is there as it is."""
+    monkeypatch.chdir(tmp_path)
+    with Recorder(Path("here.rrd"), frame_rate=1.0) as recorder:
+        recorder.initialized(RunDescription(name="here", particle_spacing=0.1))
+        recorder.step_completed(Frame(index=0, time=0.0, scalars={"probes/gauge": 1.0}))
+    content = Path("here.rrd").read_bytes()
+    assert main(arguments.split()) == 2
+    assert told in " ".join(capsys.readouterr().err.split())
+    assert [file.name for file in tmp_path.iterdir()] == ["here.rrd"] and Path("here.rrd").read_bytes() == content
 
 
 @pytest.mark.parametrize(

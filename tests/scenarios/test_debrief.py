@@ -23,7 +23,7 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.loss_curve import loss_by_speed
-from scenarios.debrief.measures import connected, deployed, held, led, over_by_segment, recovered, skimmer, snatch
+from scenarios.debrief.measures import connected, deployed, fed, held, led, over_by_segment, recovered, skimmer, snatch
 from scenarios.debrief.page import write_debrief
 from scenarios.debrief.recovery_rates import rate, rate_figures, rates_diagram
 from scenarios.problems import ScenarioError
@@ -377,6 +377,24 @@ def test_a_funnel_passes_on_what_did_not_go_under_its_skirt(history: BoomHistory
     assert found["passed_on"] == (pytest.approx(75.0), "missed")
 
 
+def test_a_boom_is_fed_with_what_came_from_the_ends_of_its_funnels(history: BoomHistory) -> None:
+    """It met 10 l: half of 20 l from two funnels, and no more than all of 4 l; nothing is told where no oil came, or no funnel is."""
+    ends = np.array([0.0, history.time[-1]])
+    came = {"far": 0.0125, "near": 0.0075, "small": 0.004, "dry": 0.0}
+    series = {
+        f"{name}/oil_lost/around_ends": Series(index=np.arange(2), time=ends, value=np.array([0.0, volume]))
+        for name, volume in came.items()
+    } | {"far/oil_lost/drainage": Series(index=np.arange(2), time=ends, value=np.array([0.0, 1.0]))}
+
+    def found(*funnels: str) -> float | None:
+        return fed(replace(history, boom=replace(BOOM, fed_by=funnels), series=series))
+
+    assert found("far", "near") == pytest.approx(50.0)
+    assert found("far") == pytest.approx(100.0 * 10.0 / 12.5)
+    assert found("small") == found("small", "dry", "unknown") == 100.0
+    assert found() is found("dry") is found("unknown") is None
+
+
 def test_connecting_counts_from_the_tie_that_was_made_fast_last(history: BoomHistory) -> None:
     moments = {
         "ties/one/made_fast": [0.0, 1.0, 1.0],
@@ -540,23 +558,42 @@ def test_a_real_exercise_goes_all_the_way_from_run_to_exports(
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "told"),
     [
-        ["debrief", "nothing.rrd"],
-        ["report", "nothing.rrd"],
-        ["report", "made-up.rrd", "--csv", "x", "--tracks", "oil", "--every", "0"],
-        ["report", "made-up.rrd", "--csv", "x", "--tracks", "oil", "--ids", "1,two"],
-        ["export", "made-up.rrd"],
-        ["export", "made-up.rrd", "--netcdf", "x.nc"],
-        ["export", "made-up.rrd", "--netcdf", "x.nc", "--site", "north"],
-        ["export", "made-up.rrd", "--netcdf", "x.nc", "--site", "99,5"],
-        ["export", "made-up.rrd", "--netcdf", "no/such/folder/x.nc", "--site", "58,5"],
+        ("debrief nothing.rrd", "recording nothing.rrd: does not exist"),
+        ("report nothing.rrd --csv x", "recording nothing.rrd: does not exist"),
+        ("report made-up.rrd", "output is missing, allowed: one or more of --csv, --parquet"),
+        ("report made-up.rrd --csv x --tracks oil --every 0", "--every is 0.0 s, allowed: above 0 s"),
+        ("report made-up.rrd --csv x --tracks oil --ids 1,two", "--ids is '1,two', allowed: whole numbers separated by commas"),
+        ("export made-up.rrd", "output is missing, allowed: one or more of --netcdf, --geojson, --vtk"),
+        ("export made-up.rrd --netcdf x.nc", "--site is missing, and the scenario has no [site]; allowed: LAT,LON in degrees"),
+        ("export made-up.rrd --netcdf x.nc --site north", "--site is 'north', allowed: LAT,LON in degrees"),
+        ("export made-up.rrd --netcdf x.nc --site 99,5", "site latitude is 99, allowed: -89 to 89 degrees"),
+        ("export made-up.rrd --netcdf no/such/x.nc --site 58,5", "no/such/x.nc cannot be written: No such file or directory"),
+        ("debrief made-up.rrd --criteria none.toml", "none.toml: 1 problem file cannot be read: No such file or directory"),
+        ("debrief made-up.rrd --criteria made-up.rrd", "made-up.rrd: 1 problem file is not valid TOML"),
     ],
-)
+)  # fmt: skip
 def test_bad_input_is_one_clear_error(
-    arguments: list[str], recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    arguments: str, told: str, recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(recording.parent)
-    assert main(arguments) == 2
-    said = capsys.readouterr().err
-    assert "allowed" in said or "does not exist" in said or "cannot be written" in said
+    assert main(arguments.split()) == 2
+    assert told in " ".join(capsys.readouterr().err.split())
+    assert list(recording.parent.iterdir()) == [recording]
+
+
+def test_the_command_grades_by_a_trainers_own_limits(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """80 % were held: partly met by the limits of its own, 95 and 80, and met by these; the page shows both."""
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text("[held]\ngood = 79\nacceptable = 61\n")
+    own = ["debrief", str(recording), "--out", "mine", "--criteria", "mine.toml"]
+    for arguments, limits, letter in ((["debrief", str(recording)], (95, 80), "C"), (own, (79, 61), "B")):
+        assert main(arguments) == 0
+        page = Path(capsys.readouterr().out.strip())
+        assert page == Path("mine" if "--out" in arguments else "made-up-debrief", "debrief.html")
+        shown = re.findall(r'<td class="n">≥ (\d+)</td>', page.read_text(encoding="utf-8"))
+        assert tuple(map(int, shown[:2])) == limits
+        assert json.loads(page.with_name("grade.json").read_text())["main"]["grade"] == letter

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any, get_args, get_origin
 
 import pytest
 
 from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.problems import ScenarioError
+from scenarios.scenario import Scenario
 from scenarios.schema.bodies import MeshBody
+from scenarios.schema.parsing.compass import PLACES
+from scenarios.schema.parsing.quantity_fields import Section, field_kinds
+from scenarios.schema.parsing.structuring import COMPASS
 from scenarios.schema.sea import RegularSeaWaves, SteadySeaCurrent, SteadySeaWind
 
 SMALL = """
@@ -201,6 +207,11 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
         ('[probes.p]\nkind = "body"\nbody = "rock"', "probes.p.body", "is no body"),
         ('[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.01\nspeed = 1.0', "emitters.e.radius", "0.05 m or more"),
         (
+            '[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.1\nspeed = 1.0\nvolume = 1e-4',
+            "emitters.e.volume",
+            "above 0.0005 m3, half a particle",
+        ),
+        (
             '[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.1\nspeed = 1.0\ndirection = [0, 0, 0]',
             "emitters.e.direction",
             "not all zero",
@@ -346,6 +357,39 @@ def test_wrong_compass_courses_are_refused(wind: str, path: str, text: str) -> N
     found = problems_of(f"[forcing.wind]\nspeed = 5\n{wind}\n[tow]\nspeed = 0.2\nheading_compass = -1\n")
     assert text in found[path]
     assert set(found) == {path, "tow.heading_compass"}
+
+
+def test_an_unknown_key_is_answered_with_all_ways_to_give_a_course_or_a_speed() -> None:
+    found = problems_of(
+        "[tow]\nspeed_knots = 1\nheading_compas = 90\n[forcing.current]\nspeed = 0.1\nfrom_compass = 90\n"
+    )
+    assert (
+        "did you mean 'heading_compass'? allowed: speed or speed_kn, heading or heading_deg or heading_compass, start"
+        in found["tow.heading_compas"]
+    )
+    assert "did you mean 'speed_kn'?" in found["tow.speed_knots"]
+    assert "direction or direction_deg or toward_compass" in found["forcing.current.from_compass"]
+
+
+def sections_at(kind: Any, place: Sequence[str]) -> Iterator[type[Section]]:
+    """Yield the sections of a type of fields at a place, through tables of names, lists and kinds."""
+    if isinstance(kind, type) and issubclass(kind, Section):
+        if not place:
+            yield kind
+        elif place[0] in field_kinds(kind):
+            yield from sections_at(field_kinds(kind)[place[0]], place[1:])
+    elif get_origin(kind) in (Mapping, tuple):
+        yield from sections_at(get_args(kind)[-1 if get_origin(kind) is Mapping else 0], place[1:])
+    else:
+        for part in get_args(kind):
+            yield from sections_at(part, place)
+
+
+def test_every_section_names_the_compass_key_that_its_place_takes() -> None:
+    for place, alias in PLACES.items():
+        found = [one for one in sections_at(Scenario, place) if COMPASS[alias] in field_kinds(one)]
+        assert found, place
+        assert {one.COMPASS for one in found} == {alias}, place
 
 
 def test_overrides_reach_tables_lists_and_new_entries(tmp_path: Path) -> None:

@@ -71,8 +71,8 @@ def test_courses_turn_with_the_site() -> None:
 
 
 def test_figures_have_no_exponents() -> None:
-    assert [three_figures(x) for x in (237836.3, 16600.0, 12.34, 0.01234, 0.0, -3.0, 999.7)] == [
-        "238,000", "16,600", "12.3", "0.0123", "0", "-3", "1,000"
+    assert [three_figures(x) for x in (237836.3, 16600.0, 12.34, 0.01234, 0.0, -3.0, 999.7, 5.55e-17)] == [
+        "238,000", "16,600", "12.3", "0.0123", "0", "-3", "1,000", "0"
     ]  # fmt: skip
     assert (
         volume_in_words(237.8363) == "238 m3"

@@ -80,6 +80,20 @@ class CaseResult:
         return word if self.complete else f"({word})"
 
 
+def unexpected(results: list[CaseResult], known: frozenset[tuple[str, str]]) -> tuple[list[str], list[str]]:
+    """The gates that are missed though they are no `known` misses, and the known misses that are met, each as case and quantity.
+
+    Only the reference spacing counts.
+    """
+    found: dict[str, list[str]] = {"MISSED": [], "pass": []}
+    for result in results:
+        for quantity in result.case.quantities:
+            verdict, is_known = result.verdict(quantity), (result.case.name, quantity.name) in known
+            if verdict == ("pass" if is_known else "MISSED"):
+                found[verdict].append(f"{result.case.name}, {quantity.name}")
+    return found["MISSED"], found["pass"]
+
+
 def hardware() -> str:
     """Processor, cores in use, and the versions that matter for speed."""
     model = platform.processor() or platform.machine()

@@ -7,15 +7,16 @@ import math
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from oilsim.config import FluidConfig
 from tests.validation import half_step, report
-from tests.validation.__main__ import main, run_level
+from tests.validation.__main__ import main, run_level, status_of
 from tests.validation.bodies import wave_flume
 from tests.validation.bodies.floating import SIZE, solids
 from tests.validation.bodies.released import cylinder_added_mass, sphere_added_mass, turning_points
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.cases import CASES, select
+from tests.validation.cases import CASES, KNOWN_MISSES, select
 from tests.validation.liquids.channel import couette, poiseuille
 from tests.validation.liquids.corner_jet import plate_of
 from tests.validation.liquids.wave_drift import DEPTH, Wave
@@ -65,6 +66,35 @@ def test_a_case_that_breaks_is_told_and_not_hidden(tmp_path):
     assert result.failed
     assert "no such tank" in (tmp_path / "validation.md").read_text()
     assert result.verdict(case.quantities[0]) == "CANNOT RUN"
+
+
+@pytest.mark.parametrize(
+    ("missed", "level", "failure", "status", "told"),
+    [
+        ({"oil-slick, exponent"}, -1, "", 0, []),
+        ({"oil-slick, exponent", "archimedes, box 0.1"}, -1, "", 1, ["MISSED, and no known miss: archimedes, box 0.1"]),
+        (set(), -1, "", 0, ["met, though a known miss: oil-slick, exponent"]),
+        ({"archimedes, box 0.1"}, 0, "", 0, []),  # at a coarser spacing, nothing is judged
+        ({"oil-slick, exponent"}, -1, "no such tank", 1, []),
+    ],
+)
+def test_a_missed_gate_that_is_not_known_ends_with_1(missed, level, failure, status, told, capsys):
+    """Oil on water whose exponent is known to be missed, and bodies afloat with no known miss, with made-up values."""
+    results = []
+    for case in select("oil-slick,archimedes"):
+        values = {
+            quantity.name: quantity.reference + (99.0 if f"{case.name}, {quantity.name}" in missed else 0.0)
+            for quantity in case.quantities
+        }
+        one = report.Level(resolution=case.resolutions[level], outcome=Outcome(values=values), failure=failure)
+        results.append(report.CaseResult(case, [one]))
+    assert status_of(results, Console()) == status
+    assert capsys.readouterr().out.splitlines() == told
+
+
+def test_known_misses_are_gates_of_cases():
+    gates = {(case.name, one.name) for case in CASES for one in case.quantities if one.passes([math.nan]) is not None}
+    assert gates >= KNOWN_MISSES
 
 
 def test_half_the_step_shows_what_hangs_on_it(tmp_path, monkeypatch):

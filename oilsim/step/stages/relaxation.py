@@ -47,6 +47,7 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
     config, run, count, position = tools.config, tools.team.run, state.awake, state.position
     if count == 0:
         state.confinement = Confinement.OPEN if state.asleep else Confinement.FILLED
+        arrays.compression[:] = 0.0  # of sleeping particles beside none that moves: nobody sums over their neighbours
         return 0, 0.0
     constants, hood, guard = tools.constants, arrays.neighborhood, plate_guard(tools, arrays)
     moving = slice(0, count)

@@ -15,7 +15,7 @@ from scenarios.problems import Problem
 from scenarios.schema.parsing.structuring import COMPASS, spellings
 
 _EAST = 90.0  # [degrees], bearing of the x axis without a site
-_PLACES: Mapping[tuple[str, ...], str] = {
+PLACES: Mapping[tuple[str, ...], str] = {
     ("tow",): "heading_compass",
     ("vessels", "*"): "heading_compass",
     ("vessels", "*", "legs", "*"): "heading_compass",
@@ -26,6 +26,7 @@ _PLACES: Mapping[tuple[str, ...], str] = {
     ("sea", "waves"): "from_compass",
     ("sea", "current"): "toward_compass",
 }
+"""Sections that take a compass course, by their path; `*` stands for any name. Their classes name the key too (`Section.COMPASS`)."""
 
 
 def without_compass(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
@@ -33,6 +34,12 @@ def without_compass(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Probl
     problems = list[Problem]()
     result = _turned(dict(data), (), _bearing(data), problems)
     return result, problems
+
+
+def section_without_compass(data: Any, place: tuple[str, ...], bearing: float) -> tuple[Any, list[Problem]]:
+    """Copy the plain data of the section at a place of a scenario in the same way; bearing [rad] of the x axis, clockwise from north."""
+    problems = list[Problem]()
+    return _turned(data, place, math.degrees(bearing), problems), problems
 
 
 def _bearing(data: Mapping[str, Any]) -> float:
@@ -52,9 +59,9 @@ def _turned(table: Any, path: tuple[str, ...], bearing: float, problems: list[Pr
     result = dict(table)
     for key, value in table.items():
         below = (*path, key)
-        if any(_leads_to(below, place) for place in _PLACES):
+        if any(_leads_to(below, place) for place in PLACES):
             result[key] = _turned(value, below, bearing, problems)
-    alias = next((alias for place, alias in _PLACES.items() if _is(path, place) and alias in table), None)
+    alias = next((alias for place, alias in PLACES.items() if _is(path, place) and alias in table), None)
     if alias is not None:
         course = result.pop(alias)
         found = list(_faults(table, alias))

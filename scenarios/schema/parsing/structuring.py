@@ -89,8 +89,9 @@ def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Prob
     elif isinstance(error, ForbiddenExtraKeysError):
         allowed = _written_names(error.cl)
         for key in sorted(error.extra_fields):
-            hint = suggestion(key, allowed) or ","
-            yield Problem(".".join((*path, key)), f"is unknown{hint} allowed: {', '.join(allowed)}")
+            hint = suggestion(key, [name for names in allowed for name in names]) or ","
+            listed = ", ".join(" or ".join(names) for names in allowed)
+            yield Problem(".".join((*path, key)), f"is unknown{hint} allowed: {listed}")
     elif isinstance(error, KeyError):
         yield Problem(".".join(path), "is missing; it must be given")
     elif isinstance(error, Misfit):
@@ -111,10 +112,19 @@ def _steps(error: BaseException) -> Iterator[str]:
             yield str(note.index)
 
 
-def _written_names(section: type[Section]) -> list[str]:
+def keys_of(section: type[Section], name: str) -> list[str]:
+    """List the keys by which a field of a section may be given: ``speed`` and ``speed_kn``, or a ``heading`` and ``heading_compass``."""
+    limits = quantities(section).get(name)
+    keys = [name]
+    if limits is not None:
+        keys += [name + suffix for suffix, (unit, _) in SUFFIXES.items() if limits.unit in (unit, f"{unit}/s")]
+    return [*keys, section.COMPASS] if section.COMPASS is not None and COMPASS[section.COMPASS] == name else keys
+
+
+def _written_names(section: type[Section]) -> list[list[str]]:
     """List the keys of a section as they may be written, the tag first."""
-    names = [item.name for item in fields(section)]
-    return [section.TAG[0], *names] if section.TAG else names
+    names = [keys_of(section, item.name) for item in fields(section)]
+    return [[section.TAG[0]], *names] if section.TAG else names
 
 
 def _plain(value: Any, kind: Any) -> Any:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from scenarios.setup.fleet import Fleet
     from scenarios.setup.solids.placed_solids import Solid
 
+WEATHER_OF_THE_SEA = 'run.detail is "{}": the weather is that of [sea], so {} is left out'
 LEFT_OUT = 'run.detail is "{}": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
 
@@ -56,7 +57,11 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
     names += [f"emitters.{name}" for name, pipe in scenario.emitters.items() if not scenario.phases[pipe.phase].is_oil]
     names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
-    return (LEFT_OUT.format(scenario.run.detail, ", ".join(names)),) if names else ()
+    told = [LEFT_OUT.format(scenario.run.detail, ", ".join(names))] if names else []
+    weather = [f"forcing.{name}" for name, table in vars(scenario.forcing).items() if table is not None]
+    if scenario.sea is not None and weather:
+        told.append(WEATHER_OF_THE_SEA.format(scenario.run.detail, ", ".join(weather)))
+    return tuple(told)
 
 
 def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:

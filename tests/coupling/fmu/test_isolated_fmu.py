@@ -6,7 +6,6 @@ import gc
 import os
 import tempfile
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -126,10 +125,8 @@ def test_a_stop_is_heeded_while_an_fmu_hangs(built: Callable[[str], Path]) -> No
     run.step()
     timer = threading.Timer(1.0, STOPPING.set)
     timer.start()
-    begun = time.monotonic()
     with pytest.raises(CoSimulationError, match=r"does not come back from do_step within 5 s after the run was asked"):
         run.step()
-    assert time.monotonic() - begun < 30.0
     timer.cancel()
 
 

@@ -333,3 +333,22 @@ def test_a_watched_fluid_may_be_another_in_mid_flight(make_fluid):
         for _ in range(5):
             assert watched.advance(0.01).budget.energy_residual < 1e-9
         assert budget.total.part("gravity").energy != 0.0
+
+
+@pytest.mark.parametrize("change", ["velocities", "particles"])
+def test_what_a_program_changes_in_a_flight_is_nobodys_work(make_fluid, change):
+    fluid = plane_tank(make_fluid, 0.5, 0.5, 0.05)
+    fluid.watch()
+    for _ in range(10):
+        fluid.advance(0.01)
+    fluid.advance(1e-3)
+    while fluid.state.to_fly < 2e-3:
+        fluid.advance(1.7e-3)
+    if change == "velocities":
+        fluid.set_velocities(np.tile([[0.5], [0.0], [0.0]], fluid.particle_count))
+    else:
+        fluid.remove_particles(np.arange(fluid.particle_count) < 30)
+    fluid.land()
+    ledger = fluid.advance(0.02).budget
+    assert ledger.energy_residual < 1e-6
+    assert ledger.momentum_residual < 1e-6

@@ -9,6 +9,8 @@ import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.initial_conditions import block
+from oilsim.neighborhood.neighbor_search import Pairs
+from oilsim.pressure.wall_extrapolation import hold_waterline
 
 SPACING, GRAVITY = 0.05, 9.81
 
@@ -51,3 +53,11 @@ def test_liquid_slides_freely_down_a_slope(make_fluid, layers):
     fluid.add_particles(block((0, 0, 0), (1, 0, layers * SPACING), SPACING, 2), phase="water")
     fluid.advance(0.3)
     assert fluid.state.velocity[0].mean() == pytest.approx(GRAVITY * math.sin(slope) * 0.3, rel=0.01)
+
+
+def test_walls_hold_nothing_where_a_filled_box_is_under_suction():
+    one = np.ones(4, np.uint32)
+    velocity, waterline = np.zeros((3, 4), np.float32), np.ones((3, 4), np.float32)
+    kappa = np.array([-3.0, 0.0, 0.5, 7.0], np.float32)
+    hold_waterline(0, 4, Pairs(np.arange(4), one, one), waterline, kappa, np.float32(1.0), np.float32(0.1), velocity)
+    np.testing.assert_allclose(velocity, np.tile([0.0, 0.0, 0.05, 0.1], (3, 1)))

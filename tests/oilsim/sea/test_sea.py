@@ -1,9 +1,8 @@
-"""The class `Sea`: shapes, independence of what was asked before, bad input, and speed."""
+"""The class `Sea`: shapes, independence of what was asked before and beside, and bad input."""
 
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -170,7 +169,7 @@ def test_impossible_descriptions_are_refused(make, text):
         (
             {"height": 1.5, "period": 6.0, "theory": "stokes-2"},
             2.0,
-            r"height is 1.5 m, .*allowed: below 1.\d+ m|up to 0.\d+ m",
+            r"height is 1.5 m with theory 'stokes-2', allowed: up to 0.275 m in water of 2 m",  # 2 s^3 / (k (3 - s^2)), s = tanh k h
         ),
         (
             {"height": 0.5, "period": 6.0, "theory": "stokes-2"},
@@ -200,23 +199,20 @@ def test_points_and_times_that_cannot_be_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("waves", "limit"),
+    "waves",
     [
-        (RegularWaves(height=0.5, period=4.0), 0.010),
-        (RegularWaves(height=0.5, period=4.0, theory="stokes-2"), 0.010),
-        (JonswapWaves(significant_height=0.5, peak_period=3.0, spread=10.0, count=100), 0.200),
+        RegularWaves(height=0.5, period=4.0),
+        RegularWaves(height=0.5, period=4.0, theory="stokes-2"),
+        JonswapWaves(significant_height=0.5, peak_period=3.0, spread=10.0, count=100),
     ],
 )
-def test_100_000_points_in_time(waves, limit):
-    # on one core: its own time, whatever else the machine does; the median of 9
+def test_each_of_100_000_points_has_what_it_has_alone(waves):
     sea = Sea(SeaDescription(depth=5.0, waves=waves))
     points = np.random.default_rng(0).uniform((-500.0, -500.0, -5.0), (500.0, 500.0, 0.2), (100_000, 3))
-    taken = []
-    for i in range(10):
-        start = time.thread_time()
-        sea.kinematics(points, float(i))
-        taken.append(time.thread_time() - start)
-    assert np.median(taken[1:]) < limit
+    few = [0, 1, 4095, 4096, 50_001, 99_998, 99_999]
+    for whole, part in zip(sea.kinematics(points, 7.0), sea.kinematics(points[few], 7.0), strict=True):
+        assert np.ptp(whole) > 0.0
+        np.testing.assert_allclose(np.asarray(whole)[few], part, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("stokes", [False, True])

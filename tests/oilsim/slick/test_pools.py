@@ -225,7 +225,7 @@ def test_losses_keep_their_cause_and_appear_behind(make_slick):
         assert slick.account.lost_by_cause[cause] == pytest.approx(passed[cause], rel=1e-12)
     parcels = slick.parcels
     lost = parcels.state == ParcelState.LOST
-    assert (parcels.position[lost, 0] >= 15.0).all() or (np.abs(parcels.position[lost, 1]) >= 10.0).any()
+    assert ((parcels.position[lost, 0] >= 15.0) | (np.abs(parcels.position[lost, 1]) >= 10.0)).all()
     assert parcels.position[lost, 0].max() > 40.0
 
 

@@ -6,6 +6,7 @@ import threading
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 
 from oilsim.slick.barriers import Boom, Immersion, Outline
 from oilsim.slick.loss_cause import LossCause
@@ -106,10 +107,19 @@ def test_seed_decides_and_threads_do_not():
 
 
 def test_merging_keeps_volume_and_sides():
-    """Merged down to a quarter: volume by fate and mass to round-off, and no oil has changed sides of the boom."""
+    """Merged down to a quarter: volume by fate and mass to round-off, and no oil has changed sides of the boom.
+
+    Oil drifts close to the apex on either side; the U is closed far ahead of its mouth, where no oil crosses its sides.
+    """
     slick = scene()
     advance(slick, 0, 250)
+    line = nodes(125.0)
+    for way in (-1.0, 1.0):
+        slick.release(HEAVY, 0.2, count=60, center=line[8] + (way, 0.0), radius=0.9)
+    bay = Path([line[0] + (200.0, 0.0), *line, line[-1] + (200.0, 0.0)])
     parcels = slick.parcels
+    within = parcels.volume[bay.contains_points(parcels.position)].sum()
+    assert 0.2 < within < parcels.volume.sum() - 0.2
     before = {state: parcels.volume[parcels.state == state].sum() for state in ParcelState}
     mass, age = ((parcels.volume * column).sum() for column in (parcels.density, parcels.age))
     most = len(parcels) // 4
@@ -117,6 +127,7 @@ def test_merging_keeps_volume_and_sides():
     merge_parcels(parcels, slick.barriers, most, 1.0)
     assert len(parcels) == most
     assert set(parcels.id) < ids
+    assert parcels.volume[bay.contains_points(parcels.position)].sum() == pytest.approx(within, rel=1e-13)
     for state, volume in before.items():
         assert parcels.volume[parcels.state == state].sum() == pytest.approx(volume, rel=1e-13)
     assert (parcels.volume * parcels.density).sum() == pytest.approx(mass, rel=1e-13)

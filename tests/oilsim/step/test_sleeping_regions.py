@@ -13,6 +13,8 @@ from oilsim.forcing import Current, Zone
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
 from oilsim.step.sleeping_regions import with_surroundings
+from oilsim.step.stages.search import search_neighbors
+from oilsim.step.step_arrays import StepArrays
 from tests.oilsim.conftest import WATER
 
 SPACING, DEPTH, LENGTH, GRAVITY = 0.025, 0.25, 4.0, 9.81
@@ -278,3 +280,49 @@ def test_water_that_is_awake_meets_none_that_nobody_looks_at(dimension, periodic
             drop = block((x, y, z), (x + 0.1, y + 0.1 * (dimension == 3), z + 0.1), 0.05, dimension)
             fluid.add_particles(drop, phase="water", velocity=(2.0 * rng.normal(), 0.0, -rng.uniform(0.0, 15.0)))
     assert partly > 2
+
+
+@pytest.mark.parametrize("change", ["added", "gone"])
+def test_sleeping_water_is_found_where_it_lies_when_others_come_and_go(sleeping, change):
+    """Beside water that sleeps as before, and whose rows in the state are others now."""
+    pour(sleeping)
+    sleeping.advance(0.02)
+    sleeping.land()
+    state, asleep = sleeping.state, sleeping.state.asleep
+    assert 0 < state.bordering < asleep
+    if change == "added":
+        sleeping.add_particles(block((0, 0, 0.6), (0.2, 0, 0.7), SPACING, 2), phase="water")
+    else:
+        sleeping.remove_particles((state.position[0] < 0.1) & (state.position[2] > DEPTH))
+    search_neighbors(sleeping.tools, sleeping.arrays, state)
+    pairs, places = sleeping.arrays.neighborhood.fluid, state.position.T.astype(np.float64)
+    near = cKDTree(places).query_ball_point(places, float(sleeping.tools.constants.support))
+    assert state.asleep == asleep
+    for i in range(state.awake):
+        found = pairs.neighbor[pairs.start[i] : pairs.start[i] + int(pairs.number[i])]
+        assert sorted([*found.tolist(), i]) == sorted(near[i])
+
+
+def test_water_wakes_when_another_surface_takes_the_place_of_one(sleeping):
+    (walls,) = sleeping.boundaries
+    sleeping.remove_boundary(walls)
+    sleeping.add_boundary(tank_walls((0, 0, 0), (LENGTH, 0, 1), SPACING, sides=("-z",), dimension=2), walls)
+    assert sleeping.advance(0.02).asleep == 0
+
+
+def test_nothing_is_compressed_where_all_is_asleep(monkeypatch):
+    """Beside a body far above, that keeps the air around it awake."""
+    fluid = channel()
+    handle, reserve = fluid.add_boundary(plate(0.0)), StepArrays.reserve
+
+    def reserve_unwritten(arrays, *needed):
+        reserve(arrays, *needed)
+        arrays.compression[:] = np.nan
+
+    monkeypatch.setattr(StepArrays, "reserve", reserve_unwritten)
+    fluid.watch()
+    for _ in range(20):
+        fluid.set_boundary_motion(handle, (0, 0, 0.6), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
+        report = fluid.advance(0.1)
+    assert fluid.state.awake == 0 < fluid.state.listed
+    assert report.density_error_max == report.budget.compression.mean == 0.0

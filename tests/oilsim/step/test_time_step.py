@@ -103,6 +103,23 @@ def test_approach_of_a_body_that_turns_counts(make_fluid):
     assert relative_speed(fluid, 2.0) == pytest.approx(0.8, rel=0.05)
 
 
+@pytest.mark.parametrize("begins", [False, True])
+def test_no_body_that_jumps_goes_further_than_it_would_in_the_first_step(make_fluid, begins):
+    fluid, speed = make_fluid(maximum_time_step=0.0141), 12.0
+    fluid.add_particles(block((0.8, 0.8, 0.8), (1.4, 1.2, 1.2), 0.1), phase="water")
+    plate = block((-0.1, -0.3, -0.3), (0.0, 0.3, 0.3), 0.1)
+    handle = fluid.add_boundary(
+        BoundaryParticles(name="plate", position=plate, volume=np.full(len(plate), 1e-3), area=np.zeros(len(plate)))
+    )
+    motion = handle, (0.8, 1.0, 1.0), (0, 0, 0, 1)
+    for _ in range(2):
+        if not begins:
+            fluid.set_boundary_motion(*motion, STILL, STILL)
+        fluid.advance(0.0141)
+    fluid.set_boundary_motion(*motion, (speed, 0.0, 0.0), STILL)
+    assert speed * fluid.advance(0.0141).time_step <= 1.001 * fluid.config.cfl * 0.1
+
+
 def test_largest_relative_speed_does_not_depend_on_threads(make_fluid):
     found = []
     for threads in (1, 2):

@@ -212,3 +212,19 @@ def test_restart_between_builds_continues_bit_for_bit(make_fluid, steps):
     assert fluid["lists"]["steps"] == other["lists"]["steps"]
     for name in ("position", "velocity", "pressure_impulse", "id"):
         assert np.array_equal(fluid["state"][name], other["state"][name]), name
+
+
+def test_lists_are_renewed_when_another_wall_takes_the_place_of_one(make_fluid):
+    fluid, plate = crowd(make_fluid)
+    floor = min(fluid.boundaries)
+    for handle, points in ((floor, (0.5, 0.2)), (plate, (0.9, 0.1))):
+        for _ in range(4):
+            search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+        places = fluid.boundaries[handle].position[:, [1, 0, 2]] * points[0] + points[1]
+        other = BoundaryParticles(name="other", position=places, volume=np.ones(len(places)), area=np.ones(len(places)))
+        fluid.remove_boundary(handle)
+        assert fluid.add_boundary(other, handle) == handle
+        if handle == plate:
+            fluid.set_boundary_motion(handle, (1.0, 1.0, 1.0), STILL[1], STILL[0], STILL[0])
+        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+        assert_lists_are_whole(fluid)

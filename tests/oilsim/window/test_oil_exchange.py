@@ -206,3 +206,18 @@ def test_a_window_without_oil_is_refused(meet: Callable[..., Meeting]) -> None:
             OilExchange(water)
     finally:
         water.fluid.close()
+
+
+def test_oil_that_splashes_out_of_the_window_is_a_parcel_again(meet: Callable[..., Meeting]) -> None:
+    case = meet()
+    case.slick.release(OIL, 0.6, count=200, center=(0.0, 0.0), radius=0.5)
+    for _ in range(3):
+        case.step()
+    fluid = case.window.fluid
+    fluid.advance(1e-3)
+    splash = np.flatnonzero(fluid.state.phase)[0]
+    fluid.state.position[:, splash] = (2.3, 0.0, fluid.config.upper[2] + 0.1)
+    case.exchange.exchange(case.slick, case.time)
+    assert case.oil_particles == case.in_state(ParcelState.RESOLVED) > 0
+    assert fluid.particle_count == 24 * 24 * 4 - 1
+    assert abs(case.slick.account.residual) < 1e-12

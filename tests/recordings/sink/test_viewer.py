@@ -29,6 +29,8 @@ def test_viewer_shows_scene_and_diagrams(record: Callable[..., Path], tmp_path: 
     try:
         render_viewer_screenshot(record(30), {0.5: tmp_path / "view.png"}, width=1000, height=600)
     except ViewerError as error:
+        if "it found no screen or no graphics driver" not in str(error):
+            raise
         pytest.skip(f"no graphics driver here: {error}")
     image = matplotlib.image.imread(tmp_path / "view.png")[..., :3]
     left, right = image[:, : image.shape[1] * 2 // 3], image[:, image.shape[1] * 3 // 4 :]

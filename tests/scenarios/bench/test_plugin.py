@@ -69,6 +69,14 @@ def test_failing_test_leaves_recording_checkpoint_and_picture(pytester: pytest.P
     assert "data:image/png;base64" in Path("report.html").read_text(encoding="utf-8")
 
 
+def test_what_tests_leave_goes_into_the_folder_that_is_asked_for(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(FAILING)
+    run_apart(pytester, "-k", "still", "--oilsim-record=always", "--oilsim-output=kept/here").assert_outcomes(passed=1)
+    left = {file.suffix for file in Path(pytester.path, "kept", "here").glob("*test_still.*")}
+    assert left == {".rrd", ".npz", ".png"}
+    assert not Path(pytester.path, "oilsim-report").exists()
+
+
 @pytest.mark.slow
 def test_limits_seeds_and_one_run_after_the_other(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import csv
 import math
+import re
 from pathlib import Path
 
 import pytest
 
 from scenarios.cli import main
+from scenarios.oils import adios_import
 from scenarios.oils.adios_import import DENSITIES, TENSIONS, read_library
 from scenarios.oils.library import SHORT_NAMES, fault_of, library, oil_named, refusals, search
 from scenarios.oils.properties import Measurement, OilRecord, api_density, api_gravity, emulsion_factor
@@ -228,3 +231,32 @@ def test_command_shows_lists_and_cards(capsys: pytest.CaptureFixture[str]) -> No
     assert "--water is 2.0, allowed: 0 or more and at most 0.9" in capsys.readouterr().err
     assert main(["oils", "whisky"]) == 2
     assert "'whisky', which no oil of the library has" in capsys.readouterr().err
+
+
+def test_the_card_of_an_evaporated_oil_follows_its_laws(capsys: pytest.CaptureFixture[str]) -> None:
+    """Density x (1 + a F); viscosity x exp(b F), kinematic, so that the dynamic one grows with the density too."""
+    cards = []
+    for share in ("0", "0.2"):
+        assert main(["oils", "maya", "--evaporated", share]) == 0
+        cards.append(capsys.readouterr().out)
+    assert "15 °C, 0% evaporated, 0% water" in cards[0] and "15 °C, 20% evaporated, 0% water" in cards[1]
+    number = r"([\d.]+)"
+    gains = [float(re.search(rf"{law} ?{number} F\)", cards[1])[1]) for law in (r"x \(1 \+", r"x exp\(")]
+    (light, fresh), (dense, stiff) = (
+        (float(re.search(rf"{number} kg/m3", card)[1]), float(re.search(rf"{number} cSt", card)[1])) for card in cards
+    )
+    assert dense / light == pytest.approx(1.0 + 0.2 * gains[0], rel=1e-3)
+    assert stiff / fresh == pytest.approx(math.exp(0.2 * gains[1]), rel=5e-3)
+    assert min(gains) > 0.05
+
+
+def test_the_command_lists_every_refusal_with_its_reason(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")
+    with Path(adios_import.__file__).with_name("refused.csv").open(newline="", encoding="utf-8") as file:
+        expected = [" ".join(" ".join(row).split()) for row in list(csv.reader(file))[1:]]
+    assert main(["oils", "--refused"]) == 0
+    lines = [line.split("│")[1:-1] for line in capsys.readouterr().out.splitlines() if line.startswith("│")]
+    assert [" ".join(" ".join(line).split()) for line in lines] == expected
+    assert "AD00020 ALASKA NORTH SLOPE oil viscosity rises with temperature" in expected

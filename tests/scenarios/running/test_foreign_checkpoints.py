@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import random
 import zipfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,8 @@ from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.running.run import RunOptions, run_scenario
 
+Change = Callable[[dict[str, Any], dict[str, np.ndarray]], None]
+Resume = Callable[[Change], str]
 ODD: tuple[Any, ...] = (
     None, True, -1, 0, 10**30, "", "x", [], {}, [1, 2], {"__float__": "nan"}, {"__float__": "0x1p+900"}, {"__bytes__": "00"},
     {"__bytes__": "zz"}, {"__array__": "array-0", "scalar": False}, {"__array__": "nowhere", "scalar": True},
@@ -46,7 +50,7 @@ def resumed(file: Path, capsys: pytest.CaptureFixture[str], folder: Path, monkey
     return said if code else ""
 
 
-def changed(source: Path, target: Path, change: Callable[[dict[str, Any], dict[str, np.ndarray]], None]) -> Path:
+def changed(source: Path, target: Path, change: Change) -> Path:
     """A copy of a checkpoint with its structure and its arrays changed."""
     with np.load(source) as file:
         arrays = {name: file[name] for name in file.files}
@@ -57,6 +61,14 @@ def changed(source: Path, target: Path, change: Callable[[dict[str, Any], dict[s
     return target
 
 
+@pytest.fixture
+def resume(
+    checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> Resume:
+    """Resume from the checkpoint with a change in it, and return the messages."""
+    return lambda change: resumed(changed(checkpoint, tmp_path / "odd.npz", change), capsys, tmp_path, monkeypatch)
+
+
 def places(value: Any) -> Iterator[tuple[Any, Any]]:
     """Every place in a structure, as what holds it and the key there."""
     keys = value.keys() if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
@@ -65,27 +77,27 @@ def places(value: Any) -> Iterator[tuple[Any, Any]]:
         yield from places(value[key])
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_made_up_values_are_refused_in_words(
-    seed: int, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    chance = random.Random(seed)
+def refusals(
+    resume: Resume, seeds: int, change: Callable[[random.Random, dict[str, Any], dict[str, np.ndarray]], None]
+) -> int:
+    """Return how many of so many changes by chance, one for each seed, are refused."""
+    return sum(bool(resume(partial(change, random.Random(seed)))) for seed in range(seeds))
 
-    def change(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+
+def test_made_up_values_are_refused_in_words(resume: Resume) -> None:
+    """Most of them; some are what a run may have, as the number 0 where there was another."""
+
+    def change(chance: random.Random, structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
         holder, key = chance.choice(list(places(structure if chance.random() < 0.2 else structure["state"])))
         holder[key] = chance.choice(ODD)
 
-    resumed(changed(checkpoint, tmp_path / "odd.npz", change), capsys, tmp_path, monkeypatch)
+    assert refusals(resume, 12, change) > 4  # 8 of them, measured
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_made_up_arrays_are_refused_in_words(
-    seed: int, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_made_up_arrays_are_refused_in_words(resume: Resume) -> None:
     """Arrays of another length or type, or with numbers that no run has, are refused: kernels never check an index."""
-    chance = random.Random(seed)
 
-    def change(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    def change(chance: random.Random, structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
         name = chance.choice([name for name, values in arrays.items() if values.size])
         values = arrays[name]
         arrays[name] = chance.choice(
@@ -99,24 +111,59 @@ def test_made_up_arrays_are_refused_in_words(
             )
         )
 
-    resumed(changed(checkpoint, tmp_path / "odd.npz", change), capsys, tmp_path, monkeypatch)
+    assert refusals(resume, 12, change) > 2  # 4
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_damaged_engine_states_are_refused_in_words(
-    seed: int, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def half(values: np.ndarray) -> np.ndarray:
+    return values[..., : values.shape[-1] // 2]
+
+
+def filled(value: float) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda values: np.full_like(values, value)
+
+
+def one_of(value: float) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda values: np.concatenate([values.ravel()[:-1], [value]]).astype(values.dtype).reshape(values.shape)
+
+
+FLUID, BODIES = "simulation/participants/fluid/fluid", "simulation/participants/bodies/arrays"
+
+
+@pytest.mark.parametrize(
+    ("place", "change"),
+    [
+        *((f"{FLUID}/state/{name}", half) for name in ("position", "velocity", "phase", "id", "pressure_impulse")),
+        *((f"{FLUID}/state/{name}", one_of(math.nan)) for name in ("position", "velocity")),
+        (f"{FLUID}/state/phase", one_of(255)),
+        *((f"{FLUID}/state/id", change) for change in (filled(7), one_of(2**32 - 1))),
+        (f"{FLUID}/lists/position", half),
+        (f"{BODIES}/pose", half),
+        (f"{BODIES}/pose", one_of(math.nan)),
+    ],
+)
+def test_arrays_that_no_run_has_are_refused(
+    place: str, change: Callable[[np.ndarray], np.ndarray], resume: Resume
 ) -> None:
-    """Ten of 256 such files once ended the process in the engine's own reader."""
-    chance = random.Random(seed)
+    def changed(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        holder = structure["state"]
+        for key in place.split("/"):
+            holder = holder[key]
+        arrays[holder["__array__"]] = change(arrays[holder["__array__"]])
 
-    def change(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+    assert resume(changed)
+
+
+def test_damaged_engine_states_are_refused_in_words(resume: Resume) -> None:
+    """Ten of 256 such files once ended the process in the engine's own reader."""
+
+    def change(chance: random.Random, structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
         holder = next(holder for holder, key in places(structure["state"]) if key == "__bytes__")
         content = bytearray.fromhex(holder["__bytes__"])
         for _ in range(chance.choice((1, 16, 256))):
             content[chance.randrange(len(content))] = chance.randrange(256)
         holder["__bytes__"] = content.hex()
 
-    resumed(changed(checkpoint, tmp_path / "odd.npz", change), capsys, tmp_path, monkeypatch)
+    assert refusals(resume, 10, change) >= 1  # 2
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.3, 0.9, 0.999])

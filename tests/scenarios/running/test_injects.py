@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
@@ -16,6 +17,7 @@ from scenarios.running.plan import Plan
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.verify import verify
 from scenarios.schema.injects import InjectSettings
+from scenarios.schema.sea import SteadySeaCurrent, SteadySeaWind
 from scenarios.text.toml import read_toml
 from tests.scenarios.small_tow import small_tow
 
@@ -150,6 +152,31 @@ def test_run_goes_on_exactly_where_tow_current_and_wind_have_turned(tmp_path: Pa
         assert verify(record, console=QUIET).difference == ""
 
 
+def test_injects_take_compass_courses() -> None:
+    """A wind from the south-west blows to 45 degrees from +x, and north-west is 135; with the x axis due north instead of east, 90 less."""
+    orders = """
+[injects.veers]
+at = 0.1
+orders = ["sea.wind={kind='steady', speed=3, from_compass=225}", "tow.heading_compass=315",
+          "sea.current={kind='steady', speed=0.1, toward_compass=90}"]
+"""
+    for site, turn in (("", 0.0), ("[site]\nlatitude = 54\nlongitude = 8\nbearing_deg = 0\n", -90.0)):
+        plan = Plan(scenario=scenario(0.3, orders + site)).ordered(["injects.veers.given=true"], 0)
+        ordered = plan.scenario_at(0)
+        assert ordered.sea is not None and ordered.tow is not None
+        assert isinstance(ordered.sea.wind, SteadySeaWind) and isinstance(ordered.sea.current, SteadySeaCurrent)
+        found = [ordered.sea.wind.direction, ordered.tow.heading, ordered.sea.current.direction]
+        assert np.rad2deg(found) == pytest.approx([45.0 + turn, 135.0 + turn, turn])
+
+
+def test_a_table_that_cannot_be_read_is_not_blamed_on_injects() -> None:
+    data = read_toml(small_tow(duration=1.0, communication_step=STEP, frame_rate=20) + INJECTS)
+    with pytest.raises(ScenarioError) as found:
+        scenario_from(data | {"sea": data["sea"] | {"depth": -1.0}})
+    (problem,) = found.value.problems
+    assert problem.path == "sea.depth"
+
+
 def test_seed_draws_the_time_and_whether_it_comes() -> None:
     inject = InjectSettings(at=100.0, spread=30.0, chance=0.5, orders=("tow.speed=1",))
     drawn = [inject.drawn("gust", seed) for seed in range(400)]
@@ -205,13 +232,13 @@ orders = ["emitters.leak.speed=1"]
         "injects.a.at is -1.0",
         "injects.b.when is given beside at",
         "injects.c.when.signal is 'vessels.port.speeed', which is no signal of the run, did you mean 'vessels.port.speed'?",
-        "injects.c.orders has vessels.port.engine is 'off'",
-        "injects.c.orders has vessels.prot.engine names 'prot', which is no entry of vessels, did you mean 'port'?",
-        "injects.c.orders has fluid.particle_spacing cannot be ordered",
+        "injects.c.orders has vessels.port.engine, which is 'off'",
+        "injects.c.orders has vessels.prot.engine, which names 'prot', which is no entry of vessels, did you mean 'port'?",
+        "injects.c.orders has fluid.particle_spacing, which cannot be ordered",
         "injects.c.orders has 'nonsense', allowed: key=value",
         "injects.d.orders is empty",
-        "injects.e.orders has sea.wind.speed is 900",
-        "injects.e.orders has booms.main.parted is [40], allowed: numbers from 1 to 7",
+        "injects.e.orders has sea.wind.speed, which is 900",
+        "injects.e.orders has booms.main.parted, which is [40], allowed: numbers from 1 to 7",
         "injects.f.when.above and below are both given",
     ):
         assert any(problem.startswith(text) for problem in problems), (text, problems)

@@ -23,10 +23,10 @@ from scenarios.cli import main
 from scenarios.load import load_scenario, scenario_from
 from scenarios.orders.client import NoAnswerError, go_on, order, pause
 from scenarios.orders.messages import LONGEST, request_line
-from scenarios.orders.run_card import RunCard, find_run, runtime_folder
+from scenarios.orders.run_card import RunCard, find_run, new_socket_path, posted, runtime_folder
 from scenarios.problems import ScenarioError
 from scenarios.running.checkpoints import find_restart
-from scenarios.running.pace import MOST_BEHIND, Pace
+from scenarios.running.pace import GLANCE, MOST_BEHIND, Pace
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.run_requests import RunRequests
 from scenarios.running.verify import verify
@@ -327,27 +327,56 @@ def test_card_of_a_killed_run_is_removed(tmp_path: Path) -> None:
     assert list(folder.iterdir()) == []
 
 
-def test_pace_is_never_early_and_what_is_late_does_not_pile_up() -> None:
-    def rest(seconds: float) -> bool:
-        time.sleep(seconds)
-        return False
+def test_an_order_waits_for_its_answer_as_long_as_its_patience(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A run that takes the order and says nothing: the order ends with 1, and says how long it has waited."""
+    folder = runtime_folder()
+    card = RunCard(name="tow", recording=str(tmp_path / "tow.rrd"), address=str(new_socket_path(folder)), token="t")
+    with socket.socket(socket.AF_UNIX) as silent, posted(card, folder):
+        silent.bind(str(card.address))
+        silent.listen()
+        assert main(["order", "tow", "tow.speed=1", "--patience", "0.05"]) == 1
+        assert "oilsim: tow has not answered within 0.05 s; it takes the request" in capsys.readouterr().err
+        silent.settimeout(5.0)
+        with silent.accept()[0] as link:
+            assert link.recv(65536).endswith(b"\n")
 
-    pace, begun = Pace(2.0), time.perf_counter()
+
+class Clock:
+    """A clock that goes on only while a run rests, and the rests that it was asked for [s]; after `most` of them the run is stopped."""
+
+    def __init__(self) -> None:
+        self.now, self.rests, self.most = 100.0, list[float](), 10**6
+
+    def perf_counter(self) -> float:
+        return self.now
+
+    def rest(self, seconds: float) -> bool:
+        self.now += seconds
+        self.rests.append(seconds)
+        return len(self.rests) >= self.most
+
+
+def test_pace_is_never_early_and_what_is_late_does_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock, pace = Clock(), Pace(2.0)
+    monkeypatch.setattr("scenarios.running.pace.time", clock)
     for index in range(1, 11):
-        assert pace.keep(index * STEP, rest) == ""
-    assert time.perf_counter() - begun >= 9 * STEP / 2.0
+        assert pace.keep(index * STEP, clock.rest) == ""
+        assert clock.now == pytest.approx(100.0 + (index - 1) * STEP / 2.0)
     pace.wait(5.0)
-    begun = time.perf_counter()
-    pace.keep(11 * STEP, lambda _: time.perf_counter() - begun > 0.1)  # stopped in a wait of 5 s
-    assert time.perf_counter() - begun < 4.0
+    clock.rests, clock.most = [], 3
+    assert pace.keep(11 * STEP, clock.rest) == ""  # stopped in a wait of 5 s
+    assert clock.rests == [GLANCE] * 3
+    clock.most = 10**6
     pace.wait(-5.0 - MOST_BEHIND - 0.5)
-    assert "cannot keep the pace 2" in pace.keep(12 * STEP, rest)
+    assert "cannot keep the pace 2: 1.8 s behind" in pace.keep(12 * STEP, clock.rest)
     figures = pace.figures()
-    assert figures["set_back_s"] > MOST_BEHIND
+    assert figures["set_back_s"] == pytest.approx(MOST_BEHIND + 0.5 + 3 * GLANCE - 2 * STEP / 2.0)
     assert not figures["kept"]
-    begun = time.perf_counter()
-    pace.keep(12 * STEP + 0.4, rest)  # from the clock as set back
-    assert time.perf_counter() - begun > 0.1
+    clock.rests = []
+    assert pace.keep(12 * STEP + 0.4, clock.rest) == ""  # from the clock as set back
+    assert sum(clock.rests) == pytest.approx(0.4 / 2.0)
 
 
 def test_summary_tells_the_lag_behind_the_clock(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

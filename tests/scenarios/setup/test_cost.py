@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from oilsim.boundaries.boundary_particles import tank_walls
-from scenarios.load import load_scenario
+from scenarios.cli import main
+from scenarios.load import library_paths, load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.setup.cost import estimate
 from scenarios.setup.simulators import build_simulators
@@ -70,6 +71,21 @@ def test_check_and_run_tell_an_assumed_tension_without_booms_and_interfaces_that
         told = estimate(scenario).told
         assert len(told) == len(notes) == len(words)
         assert all(text.startswith(words) for text in (*told, *notes))
+
+
+def test_check_finds_what_does_not_fit_at_each_level_and_names_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The text of each entry is right; only the sea that is made of them tells that such waves break."""
+    text = library_paths()["sweep-200m"].read_text(encoding="utf-8")
+    file = tmp_path / "rough.toml"
+    file.write_text(text.replace("sea.waves.significant_height = 0.9", "sea.waves.significant_height = 9.9"))
+    assert main(["check", str(file)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"{file}: 1 problem\n  levels.hard.sea.waves significant_height is 9.9 m")
+    assert main(["check", str(file), "--set", "sea.waves.significant_height=8.8", "--level", "normal"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"{file}: 1 problem\n  sea.waves significant_height is 8.8 m")
 
 
 def test_check_tells_thin_air_a_tank_that_is_not_full_and_the_step_of_tension() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from oilsim.config import FluidConfig
 from scenarios.cli import main
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
@@ -63,6 +64,20 @@ def problems_of(scenario: Scenario) -> dict[str, str]:
         build(scenario)
     assert checked.value.problems == built.value.problems
     return {problem.path: problem.text for problem in built.value.problems}
+
+
+def test_the_terms_of_the_liquid_are_those_of_its_table() -> None:
+    """Each other than by default."""
+    given = {
+        "density_tolerance": 2e-3, "divergence_tolerance": 3e-4, "viscosity_tolerance": 5e-4, "density_iterations": 51,
+        "divergence_iterations": 101, "viscosity_iterations": 201, "relaxation": 0.2, "viscosity_correction": 0.3,
+        "minimum_time_step": 2e-4, "maximum_time_step": 5e-3, "cfl": 0.3, "sleep_speed": 0.01,
+    }  # fmt: skip
+    lines = "".join(f"{name} = {value}\n" for name, value in given.items())
+    text = TANK.replace("particle_spacing = 0.1\n", "particle_spacing = 0.1\n" + lines)
+    config = build(scenario_from(tomllib.loads(text))).fluid.config
+    assert {name: getattr(config, name) for name in given} == given
+    assert all(getattr(FluidConfig, name) != value for name, value in given.items())
 
 
 def test_oil_that_lies_in_a_body_altogether_is_refused() -> None:

@@ -13,6 +13,9 @@ from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import Assembly, build
+from scenarios.setup.fleet import course_of
+from vessels.course import Course, CourseLeg
+from vessels.drive import Drive
 from vessels.vessel import planar_motion
 
 LENGTH = 15.0
@@ -261,3 +264,56 @@ def test_a_tow_that_turns_goes_on_from_where_its_vessels_are() -> None:
     to_port = math.cos(heading) * off[:, 1] - math.sin(heading) * off[:, 0]
     assert np.abs(to_port).max() < LENGTH
     assert np.abs(to_port[-50:]).max() < 1.0
+
+
+def test_a_drive_is_as_its_table_says() -> None:
+    table = "[vessels.tug.drive]\ncount = 1\ndiameter = 1.3\nspacing = 0.0\npitch_ratio = 1.1\nrudder_area = 0.9\n"
+    drive = Trial(BASE + MANUAL + table).control.vessel.drive.drive
+    assert drive == Drive(count=1, diameter=1.3, spacing=0.0, pitch_ratio=1.1, rudder_area=0.9)
+
+
+WAYPOINTS = "waypoints = [[200.0, 0.0], [200.0, 150.0]]\ntransit_kn = 2.0\n"
+SPEED = 2.0 * 1852.0 / 3600.0  # m/s
+
+
+def course(text: str, tow: str = "") -> Course | None:
+    """Return the course of the vessel at (10, -5) with these lines more in its table, and a tow's."""
+    base = BASE.replace("position = [0.0, 0.0]", "position = [10.0, -5.0]")
+    scenario = scenario_from(tomllib.loads(base + text + SCREWS + tow))
+    return course_of(scenario.vessels["tug"], scenario)
+
+
+@pytest.mark.parametrize("depart", [0.0, 30.0])
+def test_a_vessel_goes_through_its_waypoints_from_its_departure_on(depart: float) -> None:
+    """It waits with its bow to the first one; each leg ends at its waypoint, and the last is a stop there."""
+    begin, first, second = (10.0, -5.0), (200.0, 0.0), (200.0, 150.0)
+    there, then = math.atan2(5.0, 190.0), 0.5 * math.pi
+    expected = [
+        CourseLeg(start_time=depart, speed=SPEED, heading=there, through=begin, until=first),
+        CourseLeg(start_time=depart, speed=SPEED, heading=then, through=first, until=second),
+        CourseLeg(start_time=depart, speed=0.0, heading=then, through=second),
+    ]
+    if depart > 0.0:
+        expected.insert(0, CourseLeg(start_time=0.0, speed=0.0, heading=there, through=begin))
+    found = course(WAYPOINTS + (f"depart = {depart}\n" if depart else ""))
+    assert found is not None and len(found.legs) == len(expected)
+    for leg, wanted in zip(found.legs, expected, strict=True):
+        assert (leg.start_time, leg.through, leg.until, leg.by_hand) == (
+            wanted.start_time, wanted.through, wanted.until, None,
+        )  # fmt: skip
+        assert (leg.speed, leg.heading) == pytest.approx((wanted.speed, wanted.heading), abs=1e-12)
+
+
+def test_a_vessel_without_a_course_of_its_own_takes_that_of_the_tow() -> None:
+    """From the tow's start on, along the line through its place, where it waits until then; its own legs come first, a hand has none."""
+    tow = "[tow]\nspeed = 0.8\nheading_deg = 90.0\nstart = {}\n"
+    east, place = pytest.approx(0.5 * math.pi), (10.0, -5.0)
+    for start, speeds in ((0.0, [(0.0, 0.8)]), (20.0, [(0.0, 0.0), (20.0, 0.8)])):
+        found = course("", tow.format(start))
+        assert found is not None
+        assert [(leg.start_time, leg.speed) for leg in found.legs] == speeds
+        assert all((leg.heading, leg.through) == (east, place) for leg in found.legs)
+    own = course("legs = [{ start = 5.0, speed = 1.5, heading_deg = 90.0, through = [1.0, 2.0] }]\n", tow.format(20.0))
+    assert own is not None
+    assert [(leg.start_time, leg.speed, leg.heading, leg.through) for leg in own.legs] == [(5.0, 1.5, east, (1.0, 2.0))]
+    assert course(MANUAL, tow.format(0.0)) is None

@@ -6,16 +6,19 @@ import csv
 import json
 import os
 import signal
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from coupling.participant import StepResult
 from coupling.participants.fluid import FluidParticipant
 from scenarios.cli import main
 from scenarios.problems import ScenarioError
+from scenarios.sweeps.remote_run import run_elsewhere
 from scenarios.sweeps.results import Outcome, differing
 from scenarios.sweeps.variants import Variation, parse_variation, variants
 from tests.scenarios.small_tow import small_tow
@@ -98,6 +101,27 @@ def test_runs_stand_side_by_side_and_are_not_repeated(tmp_path: Path, capsys: py
     ]
 
 
+@pytest.mark.parametrize("method", ["monte-carlo", "latin-hypercube"])
+def test_the_command_samples_by_the_method_that_is_asked_for(tmp_path: Path, method: str) -> None:
+    """By seed 0 two independent draws are 0.64 and 0.27 of the range; with one in every half of it, the hypercube's are other numbers."""
+    asked = [
+        "sweep",
+        "two-layer",
+        *SHORT,
+        "--workers",
+        "1",
+        "--range",
+        "fluid.maximum_time_step=0.004:0.006",
+        "--runs",
+        "2",
+    ]
+    assert main([*asked, "--method", method, "--to", str(tmp_path)]) == 0
+    drawn = [float(row["fluid.maximum_time_step"]) for row in rows(tmp_path)]
+    independent = [float(f"{0.004 + 0.002 * share:.6g}") for share in np.random.default_rng(0).random(2)]
+    assert (drawn == independent) is (method == "monte-carlo")
+    assert method == "monte-carlo" or sorted(value > 0.005 for value in drawn) == [False, True]
+
+
 def test_only_figures_that_differ_are_shown() -> None:
     (variant,) = variants("u-sweep", [Variation(key="tow.speed_kn", values=("0.3",))])
     probes = {"gauge": {"time_s": [0.0, 1.0], "value": [0.1, 0.2]}}
@@ -164,24 +188,35 @@ def test_stop_ends_the_sweep_and_the_next_one_goes_on(tmp_path: Path, monkeypatc
     assert [row["ended"] for row in rows(tmp_path)] == ["completed", "completed"]
 
 
-def _fake_run(ended: str) -> Callable[..., dict[str, object]]:
-    """A run elsewhere that ends at once, as the process of one would."""
-
-    def run(plan: dict[str, Any], record: str | None = None, started: object = None) -> dict[str, object]:
-        assert plan["scenario"]["run"]["threads"] == 1
-        return {"code": 1, "summary": None, "said": f"first\n{ended}\n"}
-
-    return run
-
-
-def test_a_run_that_crashes_is_told_and_the_rest_is_made(
+def test_a_run_that_is_killed_is_told_and_the_rest_is_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scenarios.sweeps.at_once.run_elsewhere", _fake_run("out of memory"))
-    asked = ["sweep", "two-layer", "--vary", "fluid.maximum_time_step=0.004,0.005,0.006", "--workers", "3"]
+    """As by a system that runs out of memory: the process of the second of three runs is killed as soon as it is there."""
+    started = []
+
+    def elsewhere(
+        plan: dict[str, Any], record: str | None, watch: Callable[[subprocess.Popen[str]], None]
+    ) -> dict[str, Any]:
+        def watched(process: subprocess.Popen[str]) -> None:
+            watch(process)
+            started.append(process.pid)
+            if plan["scenario"]["fluid"]["maximum_time_step"] == 0.005:
+                process.kill()
+
+        assert plan["scenario"]["run"]["threads"] == 1
+        return run_elsewhere(plan, record, watched)
+
+    monkeypatch.setattr("scenarios.sweeps.at_once.run_elsewhere", elsewhere)
+    short = ["--set", "fluid.particle_spacing=0.1", "--until", "0.02"]
+    asked = ["sweep", "two-layer", *short, "--vary", "fluid.maximum_time_step=0.004,0.005,0.006", "--workers", "2"]
     assert main([*asked, "--to", str(tmp_path)]) == 1
-    said = capsys.readouterr().err
-    assert said.count("failed with exit code 1: out of memory") == 3 and "3 of 3" in said
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.count("failed with exit code -9: no word") == 1 and "3 of 3: " in said
+    assert len(started) == 3
+    assert [(row["fluid.maximum_time_step"], row["ended"]) for row in rows(tmp_path)] == [
+        ("0.004", "completed"),
+        ("0.006", "completed"),
+    ]
 
 
 def test_folder_that_cannot_be_made_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,7 @@
-"""A boom's scoring ends where the boom leaves the simulated sea, and goes on where the sea repeats; what is told of it, and how often."""
+"""A boom's scoring ends where the boom leaves the simulated sea, and goes on where the sea repeats; what is told of it, and how often.
+
+And what its signals read.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,8 @@ from booms.containment import PRACTICE_SPEED
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
+from scenarios.running.injects import Injects
+from scenarios.signals.score_signals import scores_of
 from scenarios.watch.boom_score import RESTED, Beside, BoomScore
 from tests.scenarios.test_boom_losses import pool
 
@@ -90,8 +95,8 @@ def test_oil_in_a_boom_that_lies_across_a_periodic_side_is_inside() -> None:
 class Watched:
     """The score of a boom that stands still, to which oil and current are given by hand; its skirt is two particles deep."""
 
-    def __init__(self) -> None:
-        self.assembly = build(scenario_from(pool()))
+    def __init__(self, **tables: Any) -> None:
+        self.assembly = build(scenario_from(pool() | tables))
         self.score: BoomScore = self.assembly.scoring.booms[0]
         self.told: list[tuple[float, str]] = []
         self.clock = 0.0  # [s] of `flow`
@@ -179,3 +184,60 @@ def test_swings_are_not_told_and_a_tow_that_stays_too_fast_is_told_once() -> Non
         flow(account, (6.0 * WINDOW, 1.2), *[(2.0 * WINDOW, 0.8), (6.0 * WINDOW, 1.2)] * 2)
         assert len(account.times(TOO_FAST)) == 1
     assert other.times(TOO_FAST) == watched.times(TOO_FAST)
+
+
+FREE, ROUND = [3.0, 1.0, 0.5], [3.2, 1.0, 0.3]  # m: ahead of the boom, and there from behind it, past the sea's side
+
+
+def told_by_hand() -> tuple[dict[int, dict[str, float]], dict[int, set[str]]]:
+    """Let a stream take 9 of 36 particles, at two speeds, of which 3 come back; its signals and the injects due at every second.
+
+    One is lost as the speed rises from 0.2 to 0.34 m/s, 8 as it rises from 0.4 to 0.6 m/s; 2 are taken back, one comes round the sea, 3
+    leave it from before the boom.
+    """
+    leaks = {"orders": ["booms.a.parted=[2]"]}
+    injects = {
+        name: leaks | {"when": {"signal": "booms.a.first_loss_speed", "above": above}}
+        for name, above in (("leaks", 0.3), ("never", 0.35))
+    }
+    watched = Watched(tank=pool()["tank"] | {"open": ["+z"], "periodic": ["x", "y"]}, injects=injects)
+    watched.score.closures = None  # nothing is put back
+    scenario, parts = watched.assembly.scenario, watched.assembly.parts
+    asked, signals, due = Injects(scenario, parts), {}, {}
+    oil = [FREE] * 4 + [HELD] * 36
+    for second in range(15):
+        if second == 2:
+            oil[4] = UNDER
+        elif second == 9:
+            oil[5:13] = [UNDER] * 8
+        elif second == 13:
+            oil[5:8] = [HELD, HELD, ROUND]
+        elif second == 14:
+            oil[7:] = [HELD, *oil[8:-3]]
+        watched.at(second, oil, 0.2 if second < 2 else 0.34 if second == 2 else 0.4 if second < 9 else 0.6)
+        point = round(second / scenario.run.communication_step)
+        asked.look(point)
+        due[second] = set(asked.due(scenario, point))
+        signals[second] = {name: one.read(parts) for name, one in scores_of(scenario).items()}
+    return signals, due
+
+
+def test_the_signals_of_a_boom_read_its_losses_and_their_speeds() -> None:
+    """Each a number of its own, in m3, m/s and shares of what the boom has met."""
+    signals, due = told_by_hand()
+    one = 0.1**3
+    last = {name.removeprefix("booms.a."): value for name, value in signals[14].items()}
+    for name, count in {
+        "lost": 6, "passed": 7, "recovered": 2, "removed": 3, "free": 4, "retained": 36 - 6 - 3, "inside": 36 - 6 - 3,
+        "outside": 4 + 6, "lost.drainage": 1, "lost.entrainment": 5, "lost.around_ends": 0,
+    }.items():  # fmt: skip
+        assert last[f"oil_{name}"] == pytest.approx(count * one), name
+    assert last["retained_share"] == pytest.approx(1.0 - 6 / 36)
+    assert last["first_loss_speed"] == pytest.approx(0.34)
+    assert last["gross_loss_speed"] == pytest.approx((1 * 0.27 + 8 * 0.5) / 9)
+    known = {
+        name: [second for second in signals if signals[second][f"booms.a.{name}_loss_speed"]]
+        for name in ("first", "gross")
+    }
+    assert known == {"first": list(range(7, 15)), "gross": list(range(12, 15))}  # after 5 s, and after 12 s
+    assert due == {second: {"leaks"} if second >= 7 else set() for second in signals}
