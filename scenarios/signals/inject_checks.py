@@ -73,9 +73,9 @@ def _order_problems(orders: tuple[str, ...], parts: InjectTables) -> Iterator[Pr
             yield from (Problem("", problem.text.removeprefix("is ")) for problem in error.problems)
             continue
         path = ".".join(keys)
-        before = given.setdefault(".".join(spellings(key)[0] for key in keys), path)
-        if before != path or orders.count(order) > 1:
-            yield Problem(path, f"beside {before}, allowed: one order for each entry")
+        first = given.setdefault(".".join(spellings(key)[0] for key in keys), path)
+        if first != path or orders.count(order) > 1:
+            yield Problem(path, f"is given beside {first}, allowed: one order for each entry")
             continue
         fault = _fault(keys, value, parts)
         if fault:
