@@ -20,7 +20,7 @@ from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import signals_of
 from tests.fuzz.scenario_files import EXTREMES, OTHERS, damaged
 
-EXERCISE = Path(__file__).parents[1] / "scenarios" / "all_inputs.toml"
+EXERCISE = Path(__file__).parents[1] / "scenarios" / "files" / "all_inputs.toml"
 NUMBERS = (0.0, -0.0, -1.0, 1.0, 100.0, 5e4, -5e4, 1e12, 1.1e12, 1e300, -1e300, 1e-300, np.nan, np.inf, -np.inf)
 
 

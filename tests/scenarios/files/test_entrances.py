@@ -182,7 +182,7 @@ def test_an_fmu_cannot_drive_a_wind_that_a_file_cannot_have(
 ) -> None:
     """The run ends at once with signal, value, source, time and limits, and keeps its recording."""
     monkeypatch.chdir(tmp_path)
-    squall = Path(__file__).parents[2] / "docs" / "fmus" / "squall.py"
+    squall = Path(__file__).parents[3] / "docs" / "fmus" / "squall.py"
     assert main(["build-fmu", str(squall), "-o", "squall.fmu"]) == 0
     fmu = f'\n[fmus.squall]\nfile = "squall.fmu"\nstart = {{ {start} }}\noutputs = {{ speed = "forcing.wind.speed" }}\n'
     (tmp_path / "storm.toml").write_text(TEXT + fmu)

@@ -9,7 +9,7 @@ import pytest
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.text.toml import read_toml
-from tests.scenarios.test_load import SMALL
+from tests.scenarios.files.test_load import SMALL
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
