@@ -366,7 +366,7 @@ class Fluid(FluidView):
 
     def _report(self) -> AdvanceReport:
         report = self._unreported.report(
-            float(self.arrays.compression.max(initial=0.0)) + self.arrays.crowding,
+            max(0.0, float(self.arrays.compression.max(initial=0.0)) + self.arrays.crowding),
             stage_seconds=dict(self.tools.seconds),
             asleep=self.state.asleep,
             budget=self.tools.close_budget(self._duration, self.arrays),

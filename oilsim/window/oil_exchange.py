@@ -15,7 +15,7 @@ becomes water.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -47,12 +47,15 @@ ROUNDING = 1e-12
 class OilExchange:
     """Exchanges oil between a window and a slick; one of each. `taken`, `given` [m3]: oil that became particles, and parcels, so far."""
 
-    def __init__(self, window: Window, skirts: CoarseSkirts | None = None) -> None:
-        """Hold oil back at coarse `skirts` of the slick's segments; ValueError for a window that has no oil among its liquids."""
+    def __init__(self, window: Window, skirts: CoarseSkirts | None = None, oils: Sequence[str] | None = None) -> None:
+        """Hold oil back at coarse `skirts` of the slick's segments; ValueError for a window that has no oil among its liquids.
+
+        oils: the window's liquids that are oil, in the order of `Oil.number`; by default all but the first.
+        """
         self.window, self._config, self._skirts = window, window.fluid.config, skirts
         water = self._config.phases[0].name
         self._water = water
-        self._oils = [one.name for one in self._config.phases[1:]]  # in the order of `Oil.number`
+        self._oils = [one.name for one in self._config.phases[1:]] if oils is None else list(oils)
         if not self._oils:
             raise ValueError(f"the window's liquids are {water}, allowed: water and an oil or more")
         self.surface = SurfaceMotion(window)

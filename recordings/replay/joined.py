@@ -52,11 +52,12 @@ class JoinedReplay(Replay):
         and is empty if the run is whole. Raises RecordingError as `Replay` does, for the recording itself.
         """
         self._earlier: list[_Piece] = []
-        super().__init__(path)
+        self._own = Replay(path)
+        vars(self).update(vars(self._own))  # a file is read through once, to see whether it is whole
         self.branches: list[Branch] = []
         self.missing = ""
         read = {Path(path).resolve()}
-        folder, piece = Path(path).parent, _Opened(Replay(self.path), None)
+        folder, piece = Path(path).parent, _Opened(self._own, None)
         while piece.branch is not None:
             source = folder / piece.branch.recording
             self.branches.insert(0, piece.branch)
@@ -93,7 +94,7 @@ class JoinedReplay(Replay):
         for piece in self._earlier:
             kept += piece.replay.events
             kept = [event for event in kept if event.time <= piece.branch.time * (1.0 + 1e-9)]
-        return tuple(sorted(dict.fromkeys([*kept, *Replay(self.path).events]), key=lambda event: event.time))
+        return tuple(sorted(dict.fromkeys([*kept, *self._own.events]), key=lambda event: event.time))
 
 
 @dataclass(frozen=True, eq=False)

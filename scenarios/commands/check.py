@@ -37,7 +37,8 @@ def _check(options: argparse.Namespace) -> int:
         cost = estimate(scenario)
     except ScenarioError as error:
         raise ScenarioError(error.problems, str(loaded.path)) from error
-    _require_levels(options, loaded)
+    if not overrides(options):  # an entry that is changed may be there at the one level only
+        _require_levels(options, loaded)
     _print_cost(terminal(), scenario, cost)
     return DONE
 
@@ -49,10 +50,9 @@ def _require_levels(options: argparse.Namespace, loaded: LoadedScenario) -> None
 
     problems = list[Problem]()
     for level in loaded.scenario.levels:
-        changes = [*overrides(options), f"level={level}"]
         try:
             if level != loaded.scenario.level:
-                estimate(load_scenario(options.scenario, overrides=changes, demo=options.demo).scenario)
+                estimate(load_scenario(options.scenario, overrides=[f"level={level}"], demo=options.demo).scenario)
         except ScenarioError as error:
             problems += [problem.below(f"levels.{level}") for problem in error.problems]
     if problems:

@@ -109,7 +109,8 @@ def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
 def estimate(scenario: Scenario) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
     scenario = settled(scenario)
-    missing, scenario = particle_free.left_out(scenario), particle_free.without_particles(scenario)
+    missing = (*particle_free.left_out(scenario), *never_comes(scenario))
+    scenario = particle_free.without_particles(scenario)
     require_memory(scenario)
     positions, left_out, solids, level = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)
@@ -139,7 +140,6 @@ def estimate(scenario: Scenario) -> Cost:
             *_told(scenario, solids, level, _of_interfaces(scenario, positions)),
             *missing,
             *remarks,
-            *never_comes(scenario),
         ),
         seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps * own_steps + _body_seconds(scenario),
     )

@@ -144,7 +144,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
     wetted = [solid for solid in layout.solids if solid.wetted]
     targets, slick = targets_of(written, layout.fleet), _slick(written, layout)
     if slick is not None:
-        exchange_oil(windows, slick, written.booms)
+        exchange_oil(windows, slick, written)
     bodies = couple_windows(windows, targets, wetted, layout.world, () if slick is None else slick.bodies)
     notes, facts = _told(written, layout, windows)
     return Simulators(

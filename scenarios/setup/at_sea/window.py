@@ -85,9 +85,12 @@ def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
     }
 
 
-def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, booms: Mapping[str, BoomSettings]) -> None:
+def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, written: Scenario) -> None:
     """Let a slick's oil become particles of the windows and back, and let the windows' water carry what stays parcels."""
-    exchanges = [OilExchange(one, _coarse_skirts(one.settings.spacing, slick, booms)) for one in windows.values()]
+    oils = [name for name, phase in written.phases.items() if phase.is_oil]
+    exchanges = [
+        OilExchange(one, _coarse_skirts(one.settings.spacing, slick, written.booms), oils) for one in windows.values()
+    ]
     flow = slick.flow
     for one in exchanges:
         flow = WindowFlow(flow, one.surface)

@@ -180,12 +180,12 @@ def test_held_oil_joins_particles_beside_it_and_no_others(meet: Callable[..., Me
 
 
 def test_each_oil_becomes_particles_of_its_own(meet: Callable[..., Meeting]) -> None:
-    """Two oils of the same density, in different numbers: the number of the oil tells its liquid, not the density."""
+    """Two oils of the same density, beside brine: the number of the oil tells its liquid, not the density, nor another liquid's place."""
     case = meet()
-    fuel = replace(CRUDE, name="fuel", dynamic_viscosity=1.0)
-    window = Window(case.window.settings, case.window.motion.sea, (WATER, CRUDE, fuel), threads=1)
+    fuel, brine = replace(CRUDE, name="fuel", dynamic_viscosity=1.0), replace(WATER, name="brine", rest_density=1040.0)
+    window = Window(case.window.settings, case.window.motion.sea, (WATER, brine, CRUDE, fuel), threads=1)
     try:
-        exchange = OilExchange(window)
+        exchange = OilExchange(window, oils=["crude", "fuel"])
         case.slick.release(replace(OIL, number=1), 0.4, count=100, center=(0.5, 0.0), radius=0.4)
         case.slick.release(OIL, 0.2, count=100, center=(-0.8, 0.0), radius=0.3)
         exchange.exchange(case.slick, 0.0)

@@ -83,6 +83,8 @@ def test_check_finds_what_does_not_fit_at_each_level_and_names_the_file(
     assert main(["check", str(file)]) == 2
     said = capsys.readouterr().err
     assert said.startswith(f"{file}: 1 problem\n  levels.hard.sea.waves significant_height is 9.9 m")
+    assert main(["check", "sweep-200m", "--level", "hard", "--set", "injects.veers.at=5.0"]) == 0  # only hard has it
+    capsys.readouterr()
     assert main(["check", str(file), "--set", "sea.waves.significant_height=8.8", "--level", "normal"]) == 2
     said = capsys.readouterr().err
     assert said.startswith(f"{file}: 1 problem\n  sea.waves significant_height is 8.8 m")
