@@ -13,6 +13,7 @@ import trimesh
 from coupling.bodies import box, load_mesh
 from coupling.plugin import attach_fluid
 from coupling.pybullet_world.shapes import link_mesh
+from oilsim.boundaries.boundary_particles import solid_box
 from tests.coupling.pools import pool
 
 
@@ -226,15 +227,18 @@ def test_worlds_of_one_client_that_step_in_turn_are_told_once(pybullet_client: i
     )  # by each world once
 
 
-def test_one_fluid_in_two_worlds_is_refused(pybullet_client: int) -> None:
+def test_a_surface_that_somebody_else_moves_is_refused(pybullet_client: int) -> None:
+    """Of two worlds of one fluid the second one is refused before it steps (`tests/coupling/test_plugin_misuse.py`)."""
     fluid, shape = pool(0.1, 1.0, 0.1), boxed(pybullet_client, (0.2, 0.2, 0.2))
-    one = attach_fluid(pybullet_client, fluid, [made(pybullet_client, shape, place=(-0.3, 0, 0.8))])
-    other = attach_fluid(pybullet_client, fluid, [made(pybullet_client, shape, place=(0.3, 0, 0.8))])
-    one.step()
+    world = attach_fluid(pybullet_client, fluid, [made(pybullet_client, shape, place=(-0.3, 0, 0.8))])
+    world.step()
+    plate = fluid.add_boundary(solid_box((0.2, 0.2, 0.2), 0.1))
+    fluid.set_boundary_motion(plate, (0.3, 0.0, 0.8), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.1), (0.0, 0.0, 0.0))
     with pytest.raises(
-        ValueError, match=r"boundaries \[1\] of the fluid are moved by somebody else, allowed: bodies of one world"
+        ValueError,
+        match=rf"boundaries \[{plate}\] of the fluid are moved by somebody else, allowed: bodies of one world",
     ):
-        other.step()
+        world.step()
 
 
 def test_arguments_of_other_kinds_are_named(pybullet_client: int) -> None:
