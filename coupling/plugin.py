@@ -228,12 +228,10 @@ class FluidWorld:
         solids = {_label(key): self._placed(key, one.position, one.volume) for key, one in sampled.items()}
         points, reach = np.concatenate([one.position for one in solids.values()]), self.fluid.config.particle_spacing
         low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-        for key, handle in self._handles.items():
+        for key, handle in self._handles.items():  # to turn the walls of all bodies would take long
             one, place = walls[handle], link_pose(self._client, *key)[0]
             extent = float(np.linalg.norm(one.position, axis=1).max(initial=0.0))
-            if (
-                (place > low - extent) & (place < high + extent)
-            ).all():  # turning all walls of many bodies would take long
+            if ((place > low - extent) & (place < high + extent)).all():
                 others[_label(key)] = self._placed(key, one.position, one.volume)
         tell_overlaps(solids, others, self.fluid.config.particle_spacing)
 

@@ -46,6 +46,15 @@ def overrides(options: argparse.Namespace) -> tuple[str, ...]:
 
     An entry that is changed twice is told. Raises ScenarioError, with the option as the place, for a value that cannot be.
     """
+    own = require_run_options(options)
+    for text in _twice(options.set, own) if not getattr(options, "told", False) else ():
+        print(f"oilsim: {text}", file=sys.stderr)
+    options.told = True
+    return (*options.set, *(f"{_ENTRIES[option]}={_written(value)}" for option, value in own.items()))
+
+
+def require_run_options(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the options that change an entry of [run]; ScenarioError, with the option as the place, for a value that cannot be."""
     given = {option: getattr(options, option, None) for option in _ENTRIES}
     if not getattr(options, "seeds_run", True):
         given["seed"] = None
@@ -53,18 +62,7 @@ def overrides(options: argparse.Namespace) -> tuple[str, ...]:
     problems = list(_impossible(own))
     if problems:
         raise ScenarioError(problems, "oilsim")
-    for text in _twice(options.set, own) if not getattr(options, "told", False) else ():
-        print(f"oilsim: {text}", file=sys.stderr)
-    options.told = True
-    return (*options.set, *(f"{_ENTRIES[option]}={_written(value)}" for option, value in own.items()))
-
-
-def require_run_options(options: argparse.Namespace) -> None:
-    """Raise ScenarioError, with the option as the place, for a number of threads or a time that cannot be."""
-    given = {option: getattr(options, option, None) for option in _ENTRIES}
-    problems = list(_impossible({option: value for option, value in given.items() if value is not None}))
-    if problems:
-        raise ScenarioError(problems, "oilsim")
+    return own
 
 
 def _written(value: object) -> str:

@@ -228,7 +228,7 @@ def test_worlds_of_one_client_that_step_in_turn_are_told_once(pybullet_client: i
 
 
 def test_a_surface_that_somebody_else_moves_is_refused(pybullet_client: int) -> None:
-    """Of two worlds of one fluid the second one is refused before it steps (`tests/coupling/test_plugin_misuse.py`)."""
+    """A program that moves a boundary of the fluid itself is told so; `test_plugin_misuse.py` tests two worlds of one fluid."""
     fluid, shape = pool(0.1, 1.0, 0.1), boxed(pybullet_client, (0.2, 0.2, 0.2))
     world = attach_fluid(pybullet_client, fluid, [made(pybullet_client, shape, place=(-0.3, 0, 0.8))])
     world.step()

@@ -49,7 +49,7 @@ def test_of_the_states_that_a_stalled_console_has_not_read_only_the_last_arrives
 
 
 def test_a_console_that_has_gone_does_not_stop_the_run() -> None:
-    """What sends to it has ended by the time the sender is closed, which so waits for nothing."""
+    """The thread that sends to it has ended before the sender is closed, so closing waits for nothing."""
     others = set(threading.enumerate())
     reader, writer = Pipe(duplex=False)
     sender = LatestSender(writer)
