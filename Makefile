@@ -1,7 +1,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
-export NUMBA_CACHE_DIR ?= $(CURDIR)/.numba_cache
+# compiled kernels, kept by their sources: all clones of the same source share them
+export NUMBA_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/oilsim/kernels
 
 .PHONY: demo conduct test test-all lint docs bench pareto validate half-step stress fuzz mutants paper clean
 
@@ -58,9 +59,10 @@ paper: $(READY)  ## draw the figures of Qiu et al. 2021 again in paper-report/, 
 	$(BIN)/python -m tests.paper
 
 clean:
-	rm -rf .venv .numba_cache build dist site *.egg-info
+	rm -rf .venv build dist site *.egg-info
 
 $(READY): pyproject.toml
+	@mkdir -p $(NUMBA_CACHE_DIR) && find $(NUMBA_CACHE_DIR) -type f -mtime +30 -delete  # of sources that are gone
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "oilsim needs Python 3.11 or newer; set PYTHON=..."; exit 1; }
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --upgrade pip

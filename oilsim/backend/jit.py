@@ -10,6 +10,8 @@ from numba import config
 from numba.core.event import Event, Listener, register
 from numba.core.registry import CPUDispatcher
 
+from oilsim.backend import kernel_cache
+
 # Kernels own no arrays. numba would count references to their arguments whenever a loop hands them to a function, and threads would wait
 # for each other at that count: a fifth of a product's time. C does not call kernels: a wrapper for it would only take time to compile.
 FAST = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
@@ -72,3 +74,4 @@ class WithoutCollector(Listener):
 
 
 register("numba:compile", WithoutCollector())
+kernel_cache.install()
