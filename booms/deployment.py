@@ -70,23 +70,6 @@ class PlacedLine:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PlacedBridle:
-    """An elastic line from body_a that ends in two legs on body_b, all of stiffness EA and breaking load [N].
-
-    points (3, 3) [m] of the world: the line's end and those of the legs; length of the line and leg_lengths [m], taut without tension.
-    """
-
-    name: str
-    body_a: str
-    body_b: str
-    points: Array
-    length: float
-    leg_lengths: tuple[float, float]
-    stiffness: float
-    breaking_load: float = math.inf
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class BoomLayout:
     """A boom as laid out: its segments from the first end to the second, and the points (2, 3) [m] for the tow lines."""
 

@@ -26,7 +26,7 @@ SHARES = {"oilsim": 0.6, "recordings": 0.4, "booms": 0.6, "vessels": 0.4}  # of 
 SAYS = {
     "scenarios": "a scenario file becomes a run; the oilsim command",
     "booms": "sections, deployment, containment scores",
-    "vessels": "hulls, helmsmen, winch, autopilot",
+    "vessels": "hulls, helmsmen",
     "coupling": "the co-simulation master, pybullet bodies, FMUs, the plugin",
     "oilsim": "the fluid core: numpy and numba only",
     "recordings": "what is recorded, replayed and exported",

@@ -19,7 +19,6 @@ from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, line_problems, segment_names
-from scenarios.schema.faults import FaultSettings, fault_problems, line_fault_problems, participants_of
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import (
@@ -62,7 +61,6 @@ NAMED_TABLES = (
     "criteria",
     "probes",
     "fmus",
-    "faults",
 )
 
 
@@ -93,7 +91,6 @@ class Parts:
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
-    faults: Mapping[str, FaultSettings] = field(default_factory=dict)
     site: SiteSettings | None = None
 
 
@@ -107,7 +104,6 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
     yield from graded_problems(parts.criteria, parts.booms, parts.names["booms"])
-    yield from _faults(parts)
     yield from light_problems(parts.phases)
     yield from _meshes(parts)
     yield from _plane(parts)
@@ -133,18 +129,6 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.injects:
         yield from _injects(parts)
     yield from _window(parts)
-
-
-def _faults(parts: Parts) -> Iterator[Problem]:
-    """Check faults on purpose; the lines that a run has are known once its fleet is laid out."""
-    weather = [one for one in (parts.forcing, parts.sea) if one is not None]
-    has_particles = parts.run is not None and parts.run.has_particles
-    has_wind = any(one.wind is not None for one in weather)
-    participants = participants_of(parts.names, has_particles=has_particles, has_wind=has_wind)
-    duration = None if parts.run is None else parts.run.duration
-    yield from (problem.below("faults") for problem in fault_problems(parts.faults, duration, participants))
-    if not any(parts.names[table] for table in ("bodies", "vessels", "booms", "emitters")):
-        yield from line_fault_problems(parts.faults, ())
 
 
 def body_names(parts: Parts) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from scenarios.schema import (
     boom_parts,
     criteria,
     exercise,
-    faults,
     fmu_settings,
     injects,
     liquid,
@@ -107,7 +106,7 @@ scenario = Scenario(
 if __name__ == "__main__":
     run_scenario(scenario, options=RunOptions(record=Path("my-tank.rrd"), summary=Path("my-tank.json")))
 ```
-For a loop of your own, `scenarios.build.build(scenario)` makes the parts: `assembly.fluid`, `assembly.world`, and
+For a loop of your own, `scenarios.running.assembly.build(scenario)` makes the parts: `assembly.fluid`, `assembly.world`, and
 `assembly.co_simulation(observers)` with `initialize()`, `step()` and `terminate()`.
 """
 
@@ -138,7 +137,6 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("vessels.NAME.legs", (exercise.LegSettings,)),
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),
-    ("booms.NAME.bridle", (boom_parts.BridleSettings,)),
     ("booms.NAME.net", (boom_parts.NetSettings,)),
     ("booms.NAME.pocket", (boom_parts.PocketSettings,)),
     ("booms.NAME.reel", (boom_parts.ReelSettings,)),
@@ -151,7 +149,6 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("criteria.KEY", (criteria.CriterionSettings,)),
     ("probes.NAME", get_args(probe_settings.Probe)),
     ("fmus.NAME", (fmu_settings.FmuSettings,)),
-    ("faults.NAME", get_args(faults.FaultSettings)),
     ("recording", (run_settings.RecordingSettings,)),
     ("camera", (run_settings.CameraSettings,)),
     ("site", (run_settings.SiteSettings,)),

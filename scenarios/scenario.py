@@ -18,7 +18,6 @@ from scenarios.problems import Problem
 from scenarios.schema.bodies import Body
 from scenarios.schema.criteria import CriterionSettings
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
-from scenarios.schema.faults import FaultSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
@@ -72,7 +71,6 @@ class Scenario(Section):
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
-    faults: Mapping[str, FaultSettings] = field(default_factory=dict)
     recording: RecordingSettings = field(default_factory=RecordingSettings)
     camera: CameraSettings | None = None
     site: SiteSettings | None = None

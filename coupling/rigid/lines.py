@@ -6,8 +6,8 @@ damping [s] (Kelvin-Voigt):
     T = max(0, EA / L (l - L + tau (dl/dt - dL/dt)))   while l > L, else 0.
 
 A line has no mass. Where T passes its breaking load, it parts, and holds nothing from then on. A line that was loosened has one end
-free and pulls on nothing, until it is made fast between its two points, wherever they are then. Mooring legs and bridles stand among the
-lines (`coupling.rigid.moorings`, `coupling.rigid.bridle`). The force of a line is computed anew in every sub-step of the rigid bodies,
+free and pulls on nothing, until it is made fast between its two points, wherever they are then. Two lines from one point are a bridle.
+Mooring legs stand among the lines (`coupling.rigid.moorings`). The force of a line is computed anew in every sub-step of the rigid bodies,
 whose length h is chosen for it. Symplectic Euler with damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends
 of the speed along the line by unit impulse [1/kg].
 Lines that share bodies are stiffer together: there h^2 a + 2 h b < 4, with a the largest eigenvalue of sqrt(k_l k_m) w_lm, k = EA / L,
@@ -25,7 +25,6 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from coupling.rigid.bridle import Bridle
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rotations import applied, places_of
 from oilsim.backend.wrenches import add_force_at
@@ -114,7 +113,7 @@ class ElasticLine:
         self.made_fast = bool(state.get("made_fast", True))
 
 
-Line = ElasticLine | MooringLeg | Bridle
+Line = ElasticLine | MooringLeg
 
 
 def stiffest(line: Line, pose: Array, inverse_masses: Array, sub_step: float) -> float:

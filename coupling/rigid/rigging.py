@@ -1,4 +1,4 @@
-"""Lines between rigid bodies: elastic lines, bridles and mooring legs, which pull on bodies of a world."""
+"""Lines between rigid bodies: elastic lines and mooring legs, which pull on bodies of a world."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from coupling.rigid.bridle import Bridle
 from coupling.rigid.engine.engine_step import Body
 from coupling.rigid.lines import ElasticLine, Line, Lines, stiffest
 from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
@@ -52,29 +51,6 @@ class Rigging:
         line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
         line.breaking_load = breaking_load
         self._string(name, line)
-
-    def add_bridle(
-        self,
-        name: str,
-        body_a: str | None,
-        body_b: str,
-        points: tuple[Vector, Vector, Vector],
-        *,
-        lengths: tuple[float, float, float],
-        stiffness: float,
-        relaxation_time: float = 0.0,
-        breaking_load: float = math.inf,
-    ) -> None:
-        """Add a line from body_a (None: the world) that ends in two legs on body_b; see `coupling.rigid.bridle`.
-
-        points of the world and lengths [m]: of the line's own end and of the two legs; stiffness [N], relaxation_time [s],
-        breaking_load [N]. Raises ValueError for legs that cannot be taut together, and for too stiff a line.
-        """
-        bodies = (None if body_a is None else self._body(body_a), self._body(body_b), self._body(body_b))
-        places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
-        rows = (-1 if bodies[0] is None else bodies[0].row, bodies[1].row)
-        own = np.array(places, dtype=np.float64)
-        self._string(name, Bridle(*rows, own, lengths[1:], stiffness, relaxation_time, lengths[0], breaking_load))
 
     def add_mooring_leg(
         self,

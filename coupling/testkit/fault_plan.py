@@ -102,15 +102,6 @@ class FaultPlan:
         """Tell whether anything is to fail."""
         return bool(self._of_participants or self._of_lines or self._of_observers)
 
-    def merged(self, other: FaultPlan) -> FaultPlan:
-        """Return the faults of both plans."""
-        both = FaultPlan(_of_lines=self._of_lines | other._of_lines)
-        both._of_observers = [*self._of_observers, *other._of_observers]
-        for plan in (self, other):
-            for name, faults in plan._of_participants.items():
-                both._of_participants.setdefault(name, []).extend(faults)
-        return both
-
     @property
     def why_not_kept(self) -> str:
         """Reason why a run with these faults cannot be saved; empty if it can."""

@@ -21,7 +21,7 @@ class FmuRunner:
         self._folder, self._closing = folder, closing
 
     def build(self, source: str | Path, *, version: Literal[2, 3] = 3) -> Path:
-        """Build an FMU of FMI `version` 2 or 3 from the source of a `ScalarModel`, or from "tow-winch" or "autopilot"; return its path.
+        """Build an FMU of FMI `version` 2 or 3 from the source of a `ScalarModel`; return its path.
 
         Raises ScenarioError for a model that cannot be built.
         """

@@ -192,7 +192,6 @@ def build(
     participants = (
         *fmus, *orders, *controls, *blowing, *bodies.participants, *slicks, *simulators.skimmers, *readings,
     )  # fmt: skip
-    faults = _faults(scenario, faults)
     return Assembly(
         scenario=scenario,
         solids=simulators.solids,
@@ -208,7 +207,7 @@ def build(
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),
         parts=parts,
-        participants=participants if faults is None else _failing(participants, faults, world),
+        participants=_failing(participants, faults, world) if faults else participants,
         connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators)),
         description=describe_run(simulators, text=text, overrides=overrides),
         frame_source=FrameReader(simulators, accounts, skimmers, fmus),
@@ -219,16 +218,6 @@ def build(
         fmus=fmus,
         faults=faults,
     )
-
-
-def _faults(scenario: Scenario, others: FaultPlan | None) -> FaultPlan | None:
-    """Return the faults of the scenario and others, None if there are none; code for faults is imported only if there are some."""
-    if not scenario.faults:
-        return others or None
-    from scenarios.setup.faults import fault_plan
-
-    plan = fault_plan(scenario.faults)
-    return plan if others is None else plan.merged(others)
 
 
 def _failing(

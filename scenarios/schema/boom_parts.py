@@ -1,16 +1,14 @@
-"""Parts of a boom that have tables of their own: bridles, nets, pockets and reels."""
+"""Parts of a boom that have tables of their own: nets, pockets and reels."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any
 
 from booms.fast_water.net import Net
 from booms.fast_water.pocket import Pocket
 from oilsim.quantity import quantity, quantity_of
-from scenarios.problems import Problem
-from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.parsing.quantity_fields import Section
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,42 +64,3 @@ def from_catalogue(value: Any) -> Any:
     if isinstance(value, Net):
         return NetSettings(**asdict(value))
     return PocketSettings(**asdict(value)) if isinstance(value, Pocket) else value
-
-
-@dataclass(frozen=True, kw_only=True)
-class BridleSettings(Section):
-    """Two legs in which each elastic tow line of a boom ends; they meet in a junction, from which one line goes on.
-
-    at      "boom": the legs come from the top and the foot of the boom's end; "vessel": from both sides of the vessel's tow point
-    legs    [m] lengths of the legs, from the top and the foot, or from port and starboard
-    spread  [m] at a vessel, between the two points that the legs come from, at most the beam
-    """
-
-    at: Literal["boom", "vessel"] = "boom"
-    legs: Point2 = quantity("m", above=0.0)
-    spread: float | None = quantity("m", default=None, above=0.0)
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that a spread is given where it is free, and that legs from there can be taut together."""
-        if self.at == "boom" and self.spread is not None:
-            yield Problem("spread", 'is given, allowed: only with at = "vessel"; at a boom it is the height of the end')
-        if self.at == "vessel":
-            yield from (
-                _legs_meet("legs", self.legs, self.spread)
-                if self.spread
-                else (Problem("spread", 'is missing, allowed: above 0 m with at = "vessel"'),)
-            )
-
-    def problems_at(self, height: float, tow_line: float) -> Iterator[Problem]:
-        """Yield problems with a boom's end of that height [m], and with the length [m] from end to vessel."""
-        if self.at == "boom":
-            yield from _legs_meet("bridle.legs", self.legs, height)
-        if max(self.legs) >= tow_line:
-            yield Problem("bridle.legs", f"are {list(self.legs)} m, allowed: below tow_line = {tow_line:g} m")
-
-
-def _legs_meet(path: str, legs: Point2, spread: float) -> Iterator[Problem]:
-    """Yield a problem if legs [m] from points `spread` [m] apart cannot be taut together."""
-    if not abs(legs[0] - legs[1]) < spread < sum(legs):
-        text = f"are {list(legs)} m from points {spread:g} m apart, allowed: more than that together, and less than that in difference"
-        yield Problem(path, text)

@@ -17,7 +17,7 @@ from booms.catalog import catalogue
 from oilsim.quantity import quantity, quantity_of
 from scenarios.problems import Problem, ScenarioError, unknown
 from scenarios.schema.bodies import crosses_itself
-from scenarios.schema.boom_parts import BridleSettings, NetSettings, PocketSettings, ReelSettings, from_catalogue
+from scenarios.schema.boom_parts import NetSettings, PocketSettings, ReelSettings, from_catalogue
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
@@ -234,7 +234,6 @@ class BoomSettings(Section):
     line_stiffness      [N] axial stiffness EA of these lines, which then only pull, have no mass and may be winched; without it, the lines
                         are rigid links
     line_breaking_load  [N] tension at which such a line parts; without it, it never does
-    bridle              two legs in which each such line ends, at the boom or at its vessel; `tow_line` is then from end to vessel
     winch_speed         [m/s] at which such a line is winched to another `tow_line`, ordered while the run goes on
     reel                the first end, a point, is the mouth of a reel, from which the boom runs out; without particles only
     losses              "closures": what particles are too coarse to lose is modelled, taken out of the boom and labelled (docs/losses.md);
@@ -272,7 +271,6 @@ class BoomSettings(Section):
     tow_line: float = quantity("m", default=0.0, at_least=0.0)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
     line_breaking_load: float | None = quantity("N", default=None, above=0.0)
-    bridle: BridleSettings | None = None
     reel: ReelSettings | None = None
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
@@ -336,10 +334,6 @@ class BoomSettings(Section):
             yield Problem("bulge", "is given beside stream, allowed: one of the two")
         if self.line_breaking_load is not None and self.line_stiffness is None:
             yield Problem("line_breaking_load", "is given, allowed: only with line_stiffness")
-        if self.bridle is not None and self.line_stiffness is None:
-            yield Problem("bridle", "is given, allowed: only with line_stiffness")
-        elif self.bridle is not None:
-            yield from self.bridle.problems_at(self.freeboard + self.skirt_depth, self.tow_line)
         if self.deployment in ("exclusion", "diversion") and len(self.area) < 3:
             text = f'has {len(self.area)} corners, allowed: 3 or more with deployment = "{self.deployment}"'
             yield Problem("area", text)

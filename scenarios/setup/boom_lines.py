@@ -1,4 +1,4 @@
-"""Lines that hold the ends of booms: elastic tow lines with their bridles, and reels."""
+"""Lines that hold the ends of booms: elastic tow lines, and reels."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom import Boom
-from booms.deployment import BoomLayout, PlacedBridle, PlacedLine, lay_along
-from coupling.rigid.bridle import meeting_point
+from booms.deployment import BoomLayout, PlacedLine, lay_along
 from coupling.rigid.lines import Lines
 from scenarios.schema.boom_parts import ReelSettings
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
-from vessels.vessel import Vessel, rotated
+from vessels.vessel import Vessel
 
 if TYPE_CHECKING:
     from booms.reel import Track
@@ -23,47 +22,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-def strung(
-    name: str, vessel: Vessel, segment: str, points: Array, settings: BoomSettings, water_level: float
-) -> PlacedLine | PlacedBridle:
-    """Make an elastic line from a vessel to a boom's end, from and to `points` (2, 3) [m]; water_level [m].
-
-    The line ends in a bridle where there is one. ValueError for a bridle that is wider than its vessel.
-    """
+def strung(name: str, vessel: Vessel, segment: str, points: Array, settings: BoomSettings) -> PlacedLine:
+    """Make an elastic line from a vessel to a boom's end, from and to `points` (2, 3) [m]."""
     assert settings.line_stiffness is not None
-    strength = settings.line_breaking_load or math.inf
-    bodies, bridle = (body_of(vessel.name), segment), settings.bridle
-    if bridle is None:
-        return PlacedLine(
-            name=name,
-            body_a=bodies[0],
-            body_b=bodies[1],
-            points=points,
-            stiffness=settings.line_stiffness,
-            breaking_load=strength,
-        )
-    if bridle.at == "boom":
-        x, y, _ = points[1]
-        heights = water_level + settings.freeboard, water_level - settings.skirt_depth
-        ends = np.array([points[0], *((x, y, height) for height in heights)])
-    else:
-        assert bridle.spread is not None
-        if bridle.spread > vessel.hull.beam:
-            raise ValueError(
-                f"its bridle has a spread of {bridle.spread:g} m, allowed: at most the beam of vessel"
-                f" {vessel.name!r}, {vessel.hull.beam:g} m"
-            )
-        aside = 0.5 * bridle.spread * rotated(np.array([0.0, 1.0, 0.0]), vessel.heading)
-        ends, bodies = np.array([points[1], points[0] + aside, points[0] - aside]), bodies[::-1]
-    return PlacedBridle(
+    return PlacedLine(
         name=name,
-        body_a=bodies[0],
-        body_b=bodies[1],
-        points=ends,
-        length=float(np.linalg.norm(meeting_point(ends, bridle.legs) - ends[0])),
-        leg_lengths=bridle.legs,
+        body_a=body_of(vessel.name),
+        body_b=segment,
+        points=points,
         stiffness=settings.line_stiffness,
-        breaking_load=strength,
+        breaking_load=settings.line_breaking_load or math.inf,
     )
 
 

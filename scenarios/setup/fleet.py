@@ -14,7 +14,6 @@ from booms.boom import Boom, BoomDesign
 from booms.deployment import (
     BoomLayout,
     PlacedBody,
-    PlacedBridle,
     PlacedJoint,
     PlacedLine,
     lay_along,
@@ -72,7 +71,7 @@ class Fleet:
     booms: Mapping[str, BoomLayout] = field(default_factory=dict)
     solids: tuple[Solid, ...] = ()
     joints: tuple[PlacedJoint, ...] = ()
-    lines: tuple[PlacedLine | PlacedBridle, ...] = ()
+    lines: tuple[PlacedLine, ...] = ()
     legs: tuple[PlacedLeg, ...] = ()
     tension_joints: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
@@ -95,7 +94,7 @@ def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Sol
     solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
     joints: list[PlacedJoint] = []
     booms: dict[str, BoomLayout] = {}
-    lines: list[PlacedLine | PlacedBridle] = []
+    lines: list[PlacedLine] = []
     tensions: dict[tuple[str, str], str] = {}
     afloat = {
         name
@@ -246,7 +245,7 @@ class _Ends:
 
     links: list[Solid] = field(default_factory=list)
     joints: list[PlacedJoint] = field(default_factory=list)
-    lines: list[PlacedLine | PlacedBridle] = field(default_factory=list)
+    lines: list[PlacedLine] = field(default_factory=list)
     tensions: dict[str, str] = field(default_factory=dict)
 
 
@@ -317,7 +316,7 @@ def _towed(
     (end, vessel), (segment, point) = tow, held
     tow_point = vessel.initial_tow_point(water_level)
     if settings.line_stiffness is not None:
-        ends.lines.append(strung(line, vessel, segment, np.array([tow_point, point]), settings, water_level))
+        ends.lines.append(strung(line, vessel, segment, np.array([tow_point, point]), settings))
         return line
     bodies, fast = tow_line(
         line, body_of(end), tow_point, segment, point, mass_per_meter=LINE_MASS, diameter=LINE_DIAMETER

@@ -9,7 +9,6 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from booms.deployment import PlacedBridle
 from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from oilsim.sea import Sea
@@ -17,7 +16,6 @@ from recordings.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import joint_name
-from scenarios.schema.faults import line_fault_problems
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.setup.at_sea.build_sea import build_sea
@@ -89,8 +87,6 @@ def lay_out(scenario: Scenario) -> Layout:
     # windows meet fixed bodies by their poses in the world too
     met = coupled or (scenario.run.detail == "window" and any(solid.wetted for solid in solids))
     world = _world(scenario, solids, fleet, problems) if met else None
-    lines = () if world is None else (*world.lines.names, *world.joint_names)
-    problems += line_fault_problems(scenario.faults, lines)
     sea = _sea(scenario, problems)
     if problems:
         raise ScenarioError(problems, scenario.name)
@@ -214,14 +210,9 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
             "relaxation_time": LINE_RELAXATION_TIME,
             "breaking_load": line.breaking_load,
         }
-        first, second, *third = (vector(point) for point in line.points)
+        ends = vector(line.points[0]), vector(line.points[1])
         try:
-            if isinstance(line, PlacedBridle):
-                ends = (first, second, third[0])
-                lengths = (line.length, *line.leg_lengths)
-                world.add_bridle(line.name, line.body_a, line.body_b, ends, lengths=lengths, **rope)
-            else:
-                world.add_line(line.name, line.body_a, line.body_b, (first, second), length=line.length, **rope)
+            world.add_line(line.name, line.body_a, line.body_b, ends, length=line.length, **rope)
         except ValueError as error:
             kind, name = line.name.split("/")[:2]
             key = f"ties.{name}.stiffness" if kind == "ties" else f"booms.{name}.line_stiffness"

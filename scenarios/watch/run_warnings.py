@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from coupling.rigid.bridle import Bridle
 from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
@@ -109,8 +108,6 @@ class Remarks:
             line = self._world.lines[name]
             if line.parted:
                 yield f"{name} parted", "has parted, and holds nothing any more"
-            elif isinstance(line, Bridle) and any(line.legs_parted):
-                yield f"{name} leg", "has lost a leg of its bridle; the other one holds on"
             elif isinstance(line, MooringLeg) and line.dragged > DRAGGED:
                 pull = line.pull_now
                 text = f"drags its anchor: it is pulled by {pull.horizontal:.0f} N along the ground and {pull.at_anchor:.0f} N upwards"

@@ -44,7 +44,8 @@ def test_a_scenario_without_fmus_needs_no_extra() -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        ("check", "docs/fmus/winch-tow.toml"), ("signals", "docs/fmus/winch-tow.toml"), ("build-fmu", "tow-winch", "-o", "{}/winch.fmu"),
+        ("check", "docs/fmus/winch-tow.toml"), ("signals", "docs/fmus/winch-tow.toml"),
+        ("build-fmu", "docs/fmus/tow_winch.py", "-o", "{}/winch.fmu"),
         ("export-fmu", "floating-box", "-o", "{}/box.fmu"),
     ],
 )  # fmt: skip

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import argparse
 import re
-from importlib import resources
 from pathlib import Path
 from typing import Literal
 
 from scenarios.exit_codes import DONE
-from scenarios.problems import Problem, ScenarioError, suggestion
+from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import require_apart
 
-SHIPPED = {"tow-winch": "tow_winch.py", "autopilot": "autopilot.py"}  # files in `vessels`
 STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s], the default experiment of the FMU
 
 
 def register(commands: argparse._SubParsersAction) -> None:
     """Add the subcommand's parser to `commands`."""
-    parser = commands.add_parser(
-        "build-fmu", help="build an FMU from a model: the tow winch, the autopilot or your own"
-    )
+    parser = commands.add_parser("build-fmu", help="build an FMU from a model, a Python class")
     parser.add_argument(
         "model",
         metavar="MODEL",
-        help=f"{' or '.join(SHIPPED)}, or a Python file that defines a coupling.fmu.scalar_model.ScalarModel",
+        help="Python file that defines a coupling.fmu.scalar_model.ScalarModel",
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="FMU to write (default: MODEL.fmu)")
     add_version(parser)
@@ -51,7 +47,7 @@ def _build(options: argparse.Namespace) -> int:
 
 
 def build_fmu(model_name: str, output: Path, version: Literal[2, 3]) -> str:
-    """Build an FMU from a shipped model or the source of one, and return the model's name; ScenarioError if it cannot be built."""
+    """Build an FMU from the source of a model, and return the model's name; ScenarioError if it cannot be built."""
     from coupling.fmu.export import FmuContent, FmuExportError, export_fmu
     from coupling.fmu.scalar_model import MODEL_FILE, model_in
 
@@ -78,12 +74,8 @@ def build_fmu(model_name: str, output: Path, version: Literal[2, 3]) -> str:
 
 
 def _source(model: str) -> Path:
-    """Find the source of a shipped model, or take the file itself."""
-    if model in SHIPPED:
-        return Path(str(resources.files("vessels"))) / SHIPPED[model]
+    """Return the file of a model; ScenarioError if there is none."""
     path = Path(model)
     if re.search(r"\.py$", model) and path.is_file():
         return path
-    hint = suggestion(model, SHIPPED) or ","
-    text = f"is neither a shipped model nor a Python file{hint} allowed: {', '.join(SHIPPED)} or a .py file"
-    raise ScenarioError([Problem(f"model {model!r}", text)], "oilsim")
+    raise ScenarioError([Problem(f"model {model!r}", "is no Python file, allowed: a .py file")], "oilsim")

@@ -17,7 +17,7 @@ from coupling.rigid.prescribed_motion import PrescribedMotion
 from coupling.solids.solid_mesh import SolidMesh
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
-from oilsim.boundary import BoundaryParticles
+from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.phases import RIGHT_ANGLE
 from recordings.frame import Color
 from scenarios.problems import Problem, problems_of

@@ -44,6 +44,29 @@ def test_load_hangs_where_its_weight_stretches_the_line(world: RigidBodyWorld) -
     assert world.free_acceleration("load") == pytest.approx(np.zeros(6), abs=1e-9)
 
 
+def test_two_lines_from_one_point_are_a_bridle(world: RigidBodyWorld) -> None:
+    # each leg bears T / (2 cos a), a from the vertical; where one has parted, the other bears T below its point
+    leg, half = 1.3, 0.5
+    height = math.sqrt(leg**2 - half**2)
+    beam = box((1.0, 0.1, 0.1))
+    world.add_body("beam", beam, mass_properties(beam, mass=MASS), (0.0, 0.0, -height))
+    for name, side in (("one", -half), ("other", half)):
+        ends = ((side, 0.0, -height), (0.0, 0.0, 0.0))
+        world.add_line(name, "beam", None, ends, length=leg, stiffness=1e4, relaxation_time=0.05)
+    for _ in range(100):
+        world.advance(0.02)
+    stretched = -float(world.pose("beam")[2])
+    expected = MASS * 9.81 / 2.0 * math.hypot(half, stretched) / stretched
+    assert [world.tension(name) for name in ("one", "other")] == pytest.approx([expected] * 2, rel=1e-6)
+    world.part_line("one")
+    pulls = []
+    for _ in range(400):
+        world.advance(0.02)
+        pulls.append(world.tension("other"))
+    assert world.tension("one") == 0.0
+    assert np.mean(pulls[200:]) == pytest.approx(MASS * 9.81, rel=0.2)  # it swings below the point
+
+
 def test_load_swings_up_and_down_with_the_period_of_its_spring(world: RigidBodyWorld) -> None:
     # z'' = -(k / m) z about the hanging place while the line stays taut; symplectic Euler's period is short by (w h)^2 / 24
     stretch = MASS * 9.81 * LENGTH / STIFFNESS

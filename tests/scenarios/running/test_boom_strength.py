@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 from booms.catalog import catalogue
 from coupling.testing import assert_restarts_exactly
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.build import build
 from scenarios.load import load_scenario, scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.apply_orders import give_orders
+from scenarios.running.assembly import build
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, joint_name
 from scenarios.schema.parsing.structuring import as_data, structure

@@ -63,7 +63,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("exercise")
     text = EXAMPLE.read_text().replace("particle_spacing = 0.12", "particle_spacing = 0.16")
     (place / "tow.toml").write_text(text.replace("[run]", "[run]\nthreads = 1") + EXTRA)
-    assert main(["build-fmu", "tow-winch", "-o", str(place / "tow-winch.fmu")]) == 0
+    assert main(["build-fmu", "docs/fmus/tow_winch.py", "-o", str(place / "tow-winch.fmu")]) == 0
     return place
 
 
@@ -438,7 +438,7 @@ def test_bad_input_ends_with_2(
     assert main(["export-fmu", "u-sweep", "-o", str(tmp_path / "no" / "x.fmu")]) == 2
     assert "allowed: a file name in an existing folder" in capsys.readouterr().err
     assert main(["build-fmu", "tow-wich"]) == 2
-    assert "did you mean 'tow-winch'? allowed: tow-winch, autopilot or a .py file" in capsys.readouterr().err
+    assert "model 'tow-wich' is no Python file, allowed: a .py file" in capsys.readouterr().err
     monkeypatch.setattr("coupling.fmu.export.PACKAGES", {2: "no_such_package", 3: "no_such_package"})
     assert main(["export-fmu", "u-sweep", "-o", str(tmp_path / "x.fmu")]) == 2
     assert "no_such_package is not installed, needed for FMI 3: pip install 'oilsim[fmu]'" in capsys.readouterr().err

@@ -15,10 +15,10 @@ from recordings.export.chosen import oil_frames, oil_names
 from recordings.export.netcdf import write_netcdf
 from recordings.replay.recording import Replay
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.build import build
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.running.apply_orders import give_orders
+from scenarios.running.assembly import build
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.setup.cost import estimate
 

@@ -45,8 +45,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("fmus")
     for file in EXAMPLES.glob("*.toml"):
         shutil.copy(file, place)
-    assert main(["build-fmu", "tow-winch", "-o", str(place / "tow-winch.fmu")]) == 0
-    assert main(["build-fmu", "autopilot", "--fmi", "2", "-o", str(place / "autopilot.fmu")]) == 0
+    assert main(["build-fmu", "docs/fmus/tow_winch.py", "-o", str(place / "tow-winch.fmu")]) == 0
+    assert main(["build-fmu", "docs/fmus/autopilot.py", "--fmi", "2", "-o", str(place / "autopilot.fmu")]) == 0
     return place
 
 

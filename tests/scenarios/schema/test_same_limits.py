@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from booms.boom import BoomDesign
-from oilsim.boundary import BoundaryParticles
+from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.config import FluidConfig
 from oilsim.emitter import PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind, Zone

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from coupling.participants.window import WindowParticipant
 from coupling.participants.windows import WindowsParticipant
-from scenarios.build import Assembly, build
 from scenarios.load import load_scenario
+from scenarios.running.assembly import Assembly, build
 
 SCENARIO = """
 name = "boom-in-windows"

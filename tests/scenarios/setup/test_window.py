@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.build import Assembly, build
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
+from scenarios.running.assembly import Assembly, build
 from scenarios.setup.at_sea.build_sea import build_sea
 
 SCENARIO = """

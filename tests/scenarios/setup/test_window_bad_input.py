@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.build import build
 from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
+from scenarios.running.assembly import build
 from scenarios.scenario import Scenario
 from scenarios.setup.cost import estimate
 

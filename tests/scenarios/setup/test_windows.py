@@ -9,9 +9,9 @@ import pytest
 
 from coupling.errors import CoSimulationError
 from coupling.participants.windows import WindowsParticipant
-from scenarios.build import Assembly, build
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
+from scenarios.running.assembly import Assembly, build
 from scenarios.setup.cost import estimate
 
 SCENARIO = """

@@ -13,9 +13,8 @@ from coupling.master.co_simulation import CoSimulation
 from coupling.participants.slick import SlickParticipant
 from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.parcels import ParcelState
-from scenarios.build import build
 from scenarios.load import load_scenario
-from scenarios.running.assembly import Assembly
+from scenarios.running.assembly import Assembly, build
 from scenarios.watch.boom_score import Beside
 from scenarios.watch.slick_account import phase_of, volume_within
 

@@ -16,8 +16,8 @@ from scipy.constants import knot
 
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures, Drivers
-from scenarios.build import build
 from scenarios.load import scenario_from
+from scenarios.running.assembly import build
 from scenarios.signals.weather_inputs import set_current
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import WATER_DENSITY

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundary import tank_walls
+from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.phases import Phase

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vessels.tow_winch import TowWinch
+from docs.fmus.tow_winch import TowWinch
 
 STEP = 0.05
 

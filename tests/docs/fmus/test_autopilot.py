@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vessels.autopilot import Autopilot
+from docs.fmus.autopilot import Autopilot
 
 STEP, MASS, INERTIA = 0.02, 50.0, 4.0
 
