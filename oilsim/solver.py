@@ -389,7 +389,6 @@ class Fluid(FluidView):
             "unreported": self._unreported.save(),
             "relative_speed": self._relative_speed,
             "state": self.state.save(),
-            "lists": self.tools.lists.save(self.state, self.tools.walls),
             "regions": None if self.tools.regions is None else self.tools.regions.save(),
             "bodies": self.tools.walls.save_motions(),
             "tied": self.tools.walls.tied,
@@ -405,7 +404,7 @@ class Fluid(FluidView):
         self.time, self._duration = saved["time"], saved["duration"]
         self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
-        self.tools.lists.restore(saved["lists"])
+        self.tools.lists.forget()
         if self.tools.regions is not None:
             self.tools.regions.restore(saved["regions"])
         self.tools.walls.restore_motions(saved["bodies"], saved["tied"])

@@ -26,7 +26,7 @@ CELLS_ACROSS = 1
 CELLS_ALONG = 2
 # [cells] in y that are counted together; measured; see the module's docstring
 STRIP = 8
-# [cells] around the liquid that must be counted; theory; lists with a skin reach three cells along z
+# [cells] around the liquid that must be counted; theory; the support reaches two cells along z
 MARGIN = 4
 # [cells] beyond that, in which the liquid may move; numerical; not on record
 SPARE = 8
@@ -42,7 +42,7 @@ class Grid(NamedTuple):
     periodic        whether each axis repeats
     reach           cells within the support radius along each axis
     strip           cells in y that are counted together before x moves on
-    support_radius  H, or more with a skin [m]
+    support_radius  H [m]
     """
 
     lower: tuple[float, float, float]
@@ -111,16 +111,6 @@ def holds(grid: Grid, part: Grid) -> bool:
         here <= there and there + wanted <= here + count
         for here, count, there, wanted in zip(grid.first, grid.cells, part.first, part.cells, strict=True)
     )
-
-
-def widened(grid: Grid, skin: float) -> Grid | None:
-    """Return the same cells with a support radius longer by `skin` [m]; None if a periodic axis is too short for it."""
-    radius = grid.support_radius + skin
-    reach = [math.ceil(radius * w) if r else 0 for w, r in zip(grid.inverse_width, grid.reach, strict=True)]
-    for count, around, repeats in zip(grid.cells, reach, grid.periodic, strict=True):
-        if repeats and count < 2 * around + 1:
-            return None
-    return grid._replace(reach=(reach[0], reach[1], reach[2]), support_radius=radius)
 
 
 @inlined

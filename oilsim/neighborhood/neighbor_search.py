@@ -32,7 +32,6 @@ from oilsim.neighborhood.cell_grid import (
     make_grid,
     mark_surroundings,
     part_around,
-    widened,
 )
 
 __all__ = ["CellOrder", "NeighborSearch", "Pairs", "Sorted", "make_grid", "nearest_image", "nearest_images"]
@@ -93,13 +92,11 @@ class ListRoom(NamedTuple):
 
     pairs    the lists that are filled
     share    places a particle; a block of particles takes BLOCK * share of them
-    padding  every list begins at a multiple of it
     full     (1,) uint8, becomes 1 where a block ran out of places
     """
 
     pairs: Pairs
     share: int
-    padding: int
     full: NDArray[np.uint8]
 
 
@@ -185,7 +182,7 @@ def append_ranges(ball, other, order, ranges, found, room, cursor, limit):
         if cursor + (last - first) + 2 * LANES > limit:
             room.full[0] = 1
             break
-        cursor, _ = append_near(ball, other, order, first, last, room.pairs.neighbor, cursor)
+        cursor = append_near(ball, other, order, first, last, room.pairs.neighbor, cursor)
     return cursor
 
 
@@ -210,7 +207,7 @@ def build_lists(begin, end, position, other, near, moving, space, same, room):
         if i % BLOCK == 0 or i == begin:
             cursor = np.int64(i // BLOCK * BLOCK) * room.share
             limit = np.int64((i // BLOCK + 1) * BLOCK) * room.share
-        cursor = (cursor + room.padding - 1) // room.padding * room.padding
+        cursor = (cursor + simd.LANES - 1) // simd.LANES * simd.LANES
         pairs.start[i], pairs.number[i] = cursor, 0
         place = position[0, i], position[1, i], position[2, i]
         cx, cy, cz = (
@@ -279,10 +276,6 @@ class NeighborSearch:
         mark_surroundings(position, self.grid, near)
         return near
 
-    def allows(self, skin: float) -> bool:
-        """Return whether periodic axes are long enough for lists that reach `skin` [m] beyond the support."""
-        return widened(self.grid, skin) is not None
-
     def list_neighbors(
         self,
         name: str,
@@ -290,27 +283,20 @@ class NeighborSearch:
         other: Sorted,
         near: NDArray[np.uint8] | None = None,
         moving: CellOrder | None = None,
-        skin: float = 0.0,
         count: int | None = None,
     ) -> Pairs:
         """List the neighbours among `other` of the particles at `position` (3, N) [m], or of the first `count` of them.
 
         `name` keeps storage apart over the steps; near (cells,) as from `surroundings` spares the particles far from all others; `moving`
-        are those others that do not lie in cell order. With a `skin` [m] the lists reach that much beyond the support and begin at
-        multiples of compaction.LANES, so that they can be filtered in place. ValueError for a skin too wide for a periodic axis.
+        are those others that do not lie in cell order.
         """
         count, same = position.shape[1] if count is None else count, other.position is position
         share = self._shares.setdefault(name, INITIAL_SHARES[0] if same else INITIAL_SHARES[1])
-        grid, padding = self.grid if skin == 0.0 else widened(self.grid, skin), simd.LANES if skin == 0.0 else LANES
-        if grid is None:
-            raise ValueError(
-                f"skin is {skin} m, allowed: less, for which the periodic axes of the domain are long enough"
-            )
-        space, room, full = Space(grid, self.period), block_count(max(count, 1)) * BLOCK, np.zeros(1, np.uint8)
+        space, room, full = Space(self.grid, self.period), block_count(max(count, 1)) * BLOCK, np.zeros(1, np.uint8)
         while True:
             pairs = self.reserve(name, room, room * share)
             full[0] = 0
-            lists = ListRoom(pairs, share, padding, full)
+            lists = ListRoom(pairs, share, full)
             self._team.run(build_lists, count, position, other, near, moving, space, same, lists)
             if not full[0]:
                 return pairs

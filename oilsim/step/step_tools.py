@@ -29,9 +29,9 @@ from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation,
 from oilsim.phases import least_pressure
 from oilsim.pressure.coarse_grid import CoarsePressure
 from oilsim.pressure.pressure_gradient import PressureConstants
+from oilsim.step.neighbor_lists import NeighborLists
 from oilsim.step.sleeping_regions import SleepingRegions
 from oilsim.step.step_arrays import Needs, StepArrays
-from oilsim.step.verlet_lists import VerletLists
 from oilsim.viscosity.pair_stiffness import viscosity_matrix
 from oilsim.viscosity.viscous_system import FINEST
 
@@ -129,7 +129,7 @@ class StepTools:
         grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
         period = exact_period(config)
         search = NeighborSearch(grid, team, period)
-        self.lists = VerletLists(search, team, config.particle_spacing, config.dimension)
+        self.lists = NeighborLists(search, team)
         self.walls = Walls(search, config.lower, period)
         self.regions = SleepingRegions(config, team) if config.sleep_speed > 0.0 else None
         self.coarse = CoarsePressure(config, team)

@@ -27,7 +27,6 @@ from rich.table import Table
 
 from oilsim.advance_report import AdvanceReport
 from oilsim.solver import Fluid
-from oilsim.step import verlet_lists
 from oilsim.step.stages import viscosity
 from scenarios.load import load_scenario
 from scenarios.setup.fluid import build_fluid, fill_positions
@@ -171,10 +170,7 @@ def skips_table(console: Console, steps: int) -> None:
     table = Table(title="the sea of calm-spread without oil at 0.0625 m: skipped and not, steps in turn")
     for column in ("skipped", "ms a step, skipped", "not skipped", "ratio", "apart at the end, m and m/s"):
         table.add_column(column, justify="right")
-    cases = (
-        ("viscosity below nu t / d^2 = 0.001", viscosity, "NEGLIGIBLE", 0.0),
-        ("search: lists kept while little moves", verlet_lists, "SKINS", ()),
-    )
+    cases = (("viscosity below nu t / d^2 = 0.001", viscosity, "NEGLIGIBLE", 0.0),)
     for label, module, name, value in cases:
         fluids = still_water(), still_water()
         cost: tuple[list[float], list[float]] = ([], [])

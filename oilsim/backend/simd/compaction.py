@@ -25,8 +25,6 @@ PACKS = bool(binding.get_host_cpu_features().get("avx512f", False))  # whether t
 LANES = 16 if PACKS else vectors.LANES
 # whether the processor permutes lanes by a vector, in one instruction
 PERMUTES = not PACKS and LANES == 8 and bool(binding.get_host_cpu_features().get("avx2", False))
-# [m2] margin of no candidate at all; theory; nearly the largest float32
-FAR = np.float32(3e38)
 
 REALS, INDICES = vectors.reals(LANES), vectors.indices(LANES)
 
@@ -99,15 +97,8 @@ def _packed_lanes() -> Any:
     return ir.Constant(ir.ArrayType(INDICES.llvm, len(rows)), rows)
 
 
-def _least_margin(builder: Any, square: Any, limit: Any, present: Any) -> Any:
-    """Return the least |square - limit| of the lanes `present`."""
-    margin = call(builder, f"fabs.{REALS.suffix}", REALS.llvm, builder.fsub(square, limit))
-    margin = builder.select(present, margin, constant(REALS, float(FAR)))
-    return call(builder, f"vector.reduce.fmin.{REALS.suffix}", ir.FloatType(), margin)
-
-
 def _append_lanes(typing_context, ball, other, candidate, k, last, index, cursor):
-    """Append the near ones of candidates k to k + LANES, below last; returns their number and the margin [m2] (see `append_near`)."""
+    """Append the near ones of candidates k to k + LANES, below last; returns their number."""
     contiguous, open_space = isinstance(candidate, types.NoneType), isinstance(ball.types[3], types.NoneType)
 
     def generate(context, builder, signature, arguments):
@@ -134,12 +125,10 @@ def _append_lanes(typing_context, ball, other, candidate, k, last, index, cursor
         own = every(builder, builder.trunc(builder.extract_value(ball, 1), INT), INDICES)
         present = builder.and_(present, builder.icmp_unsigned("!=", chosen, own))
         near = builder.and_(builder.fcmp_ordered("<", square, limit), present)
-        number = _pack(builder, chosen, near, builder.gep(target.data, [cursor]))
-        margin = _least_margin(builder, square, limit, present)
-        return context.make_tuple(builder, signature.return_type, (number, margin))
+        return _pack(builder, chosen, near, builder.gep(target.data, [cursor]))
 
     parameters = (ball, other, candidate, k, last, index, cursor)
-    return types.Tuple((types.int64, types.float32))(*parameters), generate
+    return types.int64(*parameters), generate
 
 
 _append = intrinsic(_append_lanes)
@@ -147,7 +136,6 @@ _append = intrinsic(_append_lanes)
 
 def append_one_by_one(ball, other, candidate, first, last, index, cursor):
     """Append as `append_near` does, in plain Python, for runs with the compiler switched off."""
-    margin = FAR
     for k in range(first, last):
         j = k if candidate is None else int(candidate[k])
         delta = np.array(ball.place, np.float32) - other[:, j]
@@ -155,12 +143,10 @@ def append_one_by_one(ball, other, candidate, first, last, index, cursor):
             if length > 0.0:
                 delta[axis] -= length * np.floor(delta[axis] / length + np.float32(0.5))
         square = np.float32((delta * delta).sum())
-        if j != ball.own:
-            margin = min(margin, abs(square - ball.reach_squared))
-            if square < ball.reach_squared:
-                index[cursor] = j
-                cursor += 1
-    return cursor, margin
+        if j != ball.own and square < ball.reach_squared:
+            index[cursor] = j
+            cursor += 1
+    return cursor
 
 
 @inlined
@@ -169,15 +155,12 @@ def append_near(ball, other, candidate, first, last, index, cursor):
 
     other (3, M): positions [m]; candidates are candidate[first:last], or first to last themselves if `candidate` is None.
 
-    Returns the cursor after the last one, and the least |r^2 - reach^2| [m2] over all candidates. Up to LANES places behind the last one
-    may be overwritten, never a place beyond those that all candidates would fill, rounded up to whole LANES.
+    Returns the cursor after the last one. Up to LANES places behind the last one may be overwritten, never a place beyond those that all
+    candidates would fill, rounded up to whole LANES.
     """
-    margin = FAR
     for k in range(first, last, LANES):
-        number, least = _append(ball, other, candidate, k, last, index, cursor)
-        cursor += number
-        margin = min(margin, least)
-    return cursor, margin
+        cursor += _append(ball, other, candidate, k, last, index, cursor)
+    return cursor
 
 
 if config.DISABLE_JIT:
