@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from recordings.frame import Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 
 
 class Observer(Protocol):

@@ -1,1 +1,21 @@
-"""Recordings: what they hold, how they are written, and how they are read back."""
+"""Recordings of runs: written, replayed, drawn and exported."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from recordings.files.errors import RecordingError
+    from recordings.replay.recording import Replay
+    from recordings.sink.recorder import Recorder
+
+__all__ = ["Recorder", "RecordingError", "Replay"]
+_HOMES = {"Recorder": "sink.recorder", "RecordingError": "files.errors", "Replay": "replay.recording"}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is asked for: a run that is not recorded must not wait for the recording library."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -12,7 +12,7 @@ import re
 import sys
 from collections.abc import MutableSequence, Sequence
 
-from recordings.errors import RecordingError
+from recordings.files.errors import RecordingError
 from scenarios.commands import (
     check,
     compare,

@@ -22,7 +22,7 @@ import fmpy
 from fmpy.validation import validate_fmu
 
 from coupling.fmu.temporary_folder import temporary_folder
-from recordings.own_programs import module_command, module_environment
+from recordings.files.own_programs import module_command, module_environment
 
 Version = Literal[2, 3]
 

@@ -18,7 +18,7 @@ import numpy as np
 from coupling.master.stepper import EVENT_ROUNDS, PARTS_ALLOWED, TIME_TOLERANCE
 from coupling.participant import Causality, EventParticipant, Participant, Status, StepResult, Variable
 from coupling.units import BASE, SYMBOLS, read_unit
-from recordings.checkpoint import state_from_bytes, state_to_bytes
+from recordings.files.checkpoint import state_from_bytes, state_to_bytes
 
 ENDED = "asks to end the run"  # said with the last step, since PythonFMU's binary tells an end from a discard by nothing else
 CAUSALITIES = {Causality.INPUT: "input", Causality.OUTPUT: "output", Causality.PARAMETER: "parameter"}

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Sequence
 
 from coupling.fmu.temporary_folder import temporary_folder
-from recordings.own_programs import module_command, module_environment
+from recordings.files.own_programs import module_command, module_environment
 
 STOPPING = (
     threading.Event()

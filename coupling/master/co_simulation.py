@@ -26,7 +26,7 @@ from coupling.master.observer_dispatch import NOBODY, Audience, CommunicationPoi
 from coupling.master.rollback_test import rollback_fault
 from coupling.master.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper
 from coupling.participant import Array, EvenStepParticipant, Participant
-from recordings.frame import Event, EventLevel
+from recordings.model.frame import Event, EventLevel
 
 FINEST = 1e-3  # of a step, that times must tell apart
 ALL_AT_ONE_RATE: Mapping[str, int] = MappingProxyType({})

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from coupling.errors import reason
 from coupling.observer import Observer
-from recordings.frame import Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ from coupling.participant import (
     Status,
     StepResult,
 )
-from recordings.frame import Event
+from recordings.model.frame import Event
 
 TIME_TOLERANCE = 1e-9  # of a step: far above rounding, far below anything that moves
 HALVINGS = 10  # of a step that is discarded: a thousandth of it

@@ -18,7 +18,7 @@ from coupling.testkit.history import BodyTrack
 from coupling.testkit.readings import Readings
 from coupling.testkit.sources import readings_of
 from coupling.testkit.verdict import CheckFailed, Context, require_at_most
-from recordings.checkpoint import state_hash
+from recordings.files.checkpoint import state_hash
 
 Array = npt.NDArray[np.float64]
 

@@ -22,8 +22,8 @@ from coupling.participant import (
     Variable,
 )
 from oilsim.checks import finite
-from recordings.errors import RecordingError
-from recordings.frame import Event, Frame, RunDescription
+from recordings.files.errors import RecordingError
+from recordings.model.frame import Event, Frame, RunDescription
 
 SHORTER = 0.75  # of the full step: the rest after an early return, and half a discarded step, are shorter
 STALL = 0.5  # [s] of wall time that a hanging participant or observer in this process takes; chosen: longer than any step of a test

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from recordings.entity_paths import scalar, scalar_name
-from recordings.frame import BodyFrame, Event, Frame, RunDescription
+from recordings.model.entity_paths import scalar, scalar_name
+from recordings.model.frame import BodyFrame, Event, Frame, RunDescription
 
 Array = npt.NDArray[np.float64]
 

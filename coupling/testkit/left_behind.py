@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from coupling.testkit.history import History
-from recordings.checkpoint import Checkpoint, save_checkpoint, state_hash
-from recordings.frame import Frame, RunDescription
+from recordings.files.checkpoint import Checkpoint, save_checkpoint, state_hash
+from recordings.model.frame import Frame, RunDescription
 
 MARK = (230, 30, 120, 255)  # red, green, blue, opacity: a colour that no palette of a run has
 OTHER = (176, 182, 188, 255)
@@ -36,7 +36,7 @@ def write_recording(history: History, path: Path) -> None:
 def write_checkpoint(state: dict[str, Any], frame: Frame, run: dict[str, Any], path: Path) -> None:
     """Write the state of a run at a frame; CheckpointError if it cannot be written.
 
-    run: words that describe how to make the run again. `recordings.checkpoint.load_checkpoint` reads it.
+    run: words that describe how to make the run again. `recordings.files.checkpoint.load_checkpoint` reads it.
     """
     checkpoint = Checkpoint(scenario_hash=state_hash(run), index=frame.index, time=frame.time, run=run, state=state)
     save_checkpoint(path, checkpoint)

@@ -16,7 +16,7 @@ from coupling.solids.hydrostatics import hydrostatics
 from coupling.testkit.history import BodyTrack, History, Track
 from coupling.testkit.verdict import Context
 from oilsim.solver import Fluid
-from recordings.frame import RunDescription
+from recordings.model.frame import RunDescription
 
 Array = npt.NDArray[np.float64]
 

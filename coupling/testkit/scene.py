@@ -36,7 +36,7 @@ from oilsim.checks import finite
 from oilsim.config import FluidConfig
 from oilsim.initial_conditions import block
 from oilsim.solver import Fluid
-from recordings.frame import Frame
+from recordings.model.frame import Frame
 
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 STEP = 0.01  # [s]

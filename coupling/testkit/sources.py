@@ -10,7 +10,7 @@ import numpy as np
 
 from coupling.testkit.history import BodyTrack, Track
 from coupling.testkit.readings import Array, Basin, Readable, Readings
-from recordings.frame import RunDescription
+from recordings.model.frame import RunDescription
 
 if TYPE_CHECKING:
     from recordings.replay.recording import Replay

@@ -15,7 +15,7 @@ from coupling.pybullet_world.shapes import link_mesh, link_pose
 from coupling.testkit.frames import describe, particles_of, with_particles
 from coupling.testkit.history import History
 from coupling.testkit.readings import Array, Basin, Live, Readings, history_readings
-from recordings.frame import BodyFrame, Frame
+from recordings.model.frame import BodyFrame, Frame
 
 LinkKey = tuple[int, int]
 

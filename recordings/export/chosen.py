@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from recordings import entity_paths
-from recordings.errors import RecordingError
-from recordings.frame import PhaseFrame, RunDescription
+from recordings.files.errors import RecordingError
+from recordings.model import entity_paths
+from recordings.model.frame import PhaseFrame, RunDescription
 from recordings.replay.recording import Replay
 
 AFLOAT = "afloat"  # oil that no boom has lost

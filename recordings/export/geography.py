@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import numpy.typing as npt
 
-from recordings.exercise import Site
+from recordings.model.exercise import Site
 
 SEMI_MAJOR_AXIS = 6378137.0  # [m], WGS 84
 FLATTENING = 1.0 / 298.257223563

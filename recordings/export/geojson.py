@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from recordings.entity_paths import VESSELS, body_group
-from recordings.exercise import Site
 from recordings.export import antimeridian
 from recordings.export.chosen import causes, oil_frames
 from recordings.export.geography import date_at, longitude_latitude
 from recordings.export.outline import slick_outlines
-from recordings.files import write_whole
+from recordings.files.writing import write_whole
+from recordings.model.entity_paths import VESSELS, body_group
+from recordings.model.exercise import Site
 from recordings.replay.recording import Replay
 
 Points = npt.NDArray[np.floating]

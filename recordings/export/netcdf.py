@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.io import netcdf_file
 
-from recordings.exercise import Site
 from recordings.export.chosen import OilFrame, causes, oil_frames, oil_names
 from recordings.export.geography import longitude_latitude, start_time
+from recordings.model.exercise import Site
 from recordings.replay.recording import Replay
 
 _GRAMS = 1000.0  # per kilogramme

@@ -11,8 +11,8 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from recordings.errors import RecordingError
 from recordings.export.chosen import every
+from recordings.files.errors import RecordingError
 from recordings.replay.recording import Replay
 
 Format = Literal["csv", "parquet"]

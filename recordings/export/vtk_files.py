@@ -13,9 +13,9 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-from recordings import entity_paths
 from recordings.export.chosen import every
-from recordings.frame import PhaseFrame
+from recordings.model import entity_paths
+from recordings.model.frame import PhaseFrame
 from recordings.replay.moments import bodies_at, placed_vertices, recorded_steps
 from recordings.replay.recording import Replay
 

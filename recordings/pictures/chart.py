@@ -16,13 +16,13 @@ from matplotlib.text import Annotation
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, KDTree, QhullError
 
-from recordings import entity_paths, palette
-from recordings.exercise import GROUND
-from recordings.frame import BodyFrame, Color, MeshDescription, RunDescription
+from recordings.model import entity_paths, palette
+from recordings.model.exercise import GROUND
+from recordings.model.frame import BodyFrame, Color, MeshDescription, RunDescription
+from recordings.model.words import cause_in_words
 from recordings.pictures.style import EDGE, is_light
 from recordings.replay.moments import Moment, placed_vertices
 from recordings.replay.recording import Replay, Series
-from recordings.words import cause_in_words
 
 Points = npt.NDArray[np.floating]
 _FLAT = 0.2  # a scene is seen from the side if its width is less than this fraction of its length

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from recordings.frame import Color
-from recordings.surface import SurfaceFrame
+from recordings.model.frame import Color
+from recordings.model.surface import SurfaceFrame
 
 Floats = npt.NDArray[np.floating]
 _LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])

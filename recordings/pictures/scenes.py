@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import ConvexHull
 
-from recordings import palette
-from recordings.exercise import GROUND
-from recordings.frame import BodyFrame, CameraView, Color, MeshDescription, PhaseDescription, RunDescription
+from recordings.model import palette
+from recordings.model.exercise import GROUND
+from recordings.model.frame import BodyFrame, CameraView, Color, MeshDescription, PhaseDescription, RunDescription
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
 from recordings.replay.moments import Moment, placed_vertices
 

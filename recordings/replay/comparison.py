@@ -15,13 +15,13 @@ import rerun.blueprint as rrb
 from rerun.chunk import Chunk
 
 from oilsim.physical_constants import KNOT
-from recordings import appearance, entity_paths
-from recordings.errors import RecordingError
+from recordings.files.errors import RecordingError
+from recordings.model import appearance, entity_paths
+from recordings.model.words import cause_in_words
 from recordings.replay.recording import Replay
 from recordings.replay.running_extremes import WORST, reached
 from recordings.sink.plots import plots_with_series
 from recordings.sink.rerun_sink import flush, open_stream
-from recordings.words import cause_in_words
 
 SIDES = ("A", "B")
 _BACKGROUND = (224, 233, 240)

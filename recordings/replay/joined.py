@@ -11,10 +11,10 @@ from typing import Any
 
 import pyarrow as pa
 
-from recordings.errors import RecordingError
-from recordings.frame import Event
-from recordings.replay.columns import rows_between
+from recordings.files.errors import RecordingError
+from recordings.model.frame import Event
 from recordings.replay.recording import Replay
+from recordings.replay.series import rows_between
 
 CONTINUES = "continues"
 """Property of a recording that goes on from another one: JSON of a `Branch`."""

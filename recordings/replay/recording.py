@@ -16,10 +16,11 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from recordings import entity_paths
-from recordings.errors import RecordingError, absence
-from recordings.exercise import exercise_from_json, site_from_json, windows_from_json
-from recordings.frame import (
+from recordings.files.errors import RecordingError, absence
+from recordings.files.messages import read_chunk
+from recordings.model import entity_paths
+from recordings.model.exercise import exercise_from_json, site_from_json, windows_from_json
+from recordings.model.frame import (
     CameraView,
     Color,
     Event,
@@ -29,11 +30,9 @@ from recordings.frame import (
     PhaseFrame,
     RunDescription,
 )
-from recordings.messages import read_chunk
-from recordings.replay.body_series import BodySeries, motions_of_all, motions_of_each
-from recordings.replay.columns import Rows, read_rows, read_single
+from recordings.model.sample import ids_of_ranges
 from recordings.replay.repair import damage_of, repair
-from recordings.sample import ids_of_ranges
+from recordings.replay.series import BodySeries, Rows, motions_of_all, motions_of_each, read_rows, read_single
 from recordings.sink.rerun_sink import FORMAT_VERSION
 
 Terms = ParamSpec("Terms")

@@ -8,11 +8,11 @@ from fnmatch import fnmatch
 import numpy as np
 import numpy.typing as npt
 
-from recordings import entity_paths
-from recordings.errors import RecordingError
-from recordings.frame import Event, Frame, PhaseFrame, RunDescription
+from recordings.files.errors import RecordingError
+from recordings.model import entity_paths
+from recordings.model.frame import Event, Frame, PhaseFrame, RunDescription
+from recordings.model.sample import rounded
 from recordings.replay.recording import Replay
-from recordings.sample import rounded
 
 OF_THE_MACHINE = ("real_time_factor", "coupling/wall_seconds/*")  # series that depend on the machine's speed
 

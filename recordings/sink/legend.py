@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from recordings.exercise import BoomDescription
-from recordings.frame import RunDescription
-from recordings.palette import CAUSES, is_water
-from recordings.words import cause_in_words, force_in_words
+from recordings.model.exercise import BoomDescription
+from recordings.model.frame import RunDescription
+from recordings.model.palette import CAUSES, is_water
+from recordings.model.words import cause_in_words, force_in_words
 
 
 def legend(run: RunDescription) -> str:

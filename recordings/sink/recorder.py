@@ -12,9 +12,9 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
-from recordings.errors import RecordingError
-from recordings.frame import Event, Frame, RunDescription
-from recordings.sample import Sample, require_power_of_two, take_sample
+from recordings.files.errors import RecordingError
+from recordings.model.frame import Event, Frame, RunDescription
+from recordings.model.sample import Sample, require_power_of_two, take_sample
 
 if TYPE_CHECKING:
     from recordings.sink.live import LiveView

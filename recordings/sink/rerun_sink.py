@@ -24,17 +24,15 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from recordings import appearance, entity_paths
-from recordings.errors import RecordingError
-from recordings.exercise import to_json, windows_to_json
-from recordings.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
-from recordings.messages import SUMS, checksums
-from recordings.sample import Block, Sample, id_ranges
+from recordings.files.errors import RecordingError
+from recordings.files.messages import SUMS, checksums
+from recordings.model import appearance, entity_paths
+from recordings.model.exercise import to_json, windows_to_json
+from recordings.model.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
+from recordings.model.sample import Block, Sample, id_ranges
 from recordings.sink.blueprint import Layout, run_blueprint
-from recordings.sink.body_writer import BodyWriter
-from recordings.sink.labels import BoomNames
 from recordings.sink.legend import legend
-from recordings.sink.surface_writer import SurfaceWriter
+from recordings.sink.writers import BodyWriter, BoomNames, SurfaceWriter
 
 APPLICATION = "oilsim"
 FORMAT_VERSION = 2

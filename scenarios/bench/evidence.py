@@ -23,9 +23,9 @@ from coupling.testkit.claims import Reference
 from coupling.testkit.history import History
 from coupling.testkit.left_behind import draw_moment, write_checkpoint, write_recording
 from coupling.testkit.verdict import CheckFailed
-from recordings.checkpoint import CheckpointError
-from recordings.errors import RecordingError
-from recordings.frame import Event, Frame, RunDescription
+from recordings.files.checkpoint import CheckpointError
+from recordings.files.errors import RecordingError
+from recordings.model.frame import Event, Frame, RunDescription
 
 Terms = ParamSpec("Terms")
 LONGEST_NAME = 80  # characters of a file's name from a test's; chosen: file systems take 255 with endings

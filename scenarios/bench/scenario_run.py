@@ -18,7 +18,7 @@ from coupling.testkit.frames import turnover, with_particles
 from coupling.testkit.history import History
 from coupling.testkit.readings import Basin, Live, Readings, history_readings
 from coupling.testkit.sources import basin_of
-from recordings.frame import Frame
+from recordings.model.frame import Frame
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, run_state

@@ -18,7 +18,7 @@ from coupling.testkit.history import History
 from coupling.testkit.readings import Readings, history_readings
 from oilsim.loads.morison import FloatingBodies
 from oilsim.sea import Sea, SeaDescription
-from recordings.frame import BodyFrame, Frame, MeshDescription, RunDescription
+from recordings.model.frame import BodyFrame, Frame, MeshDescription, RunDescription
 from scenarios.setup.at_sea.particle_free import loads_of_mesh
 
 STEP = 0.02  # [s]

@@ -11,7 +11,7 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import require_apart
 
 if TYPE_CHECKING:
-    from recordings.exercise import Site
+    from recordings.model.exercise import Site
     from recordings.replay.recording import Replay
 
 
@@ -84,7 +84,7 @@ def _write(options: argparse.Namespace, replay: Replay, site: Site | None, apart
 
 def _site(options: argparse.Namespace, replay: Replay) -> Site:
     """Take the place on Earth from the options, or else from the recording."""
-    from recordings.exercise import Site
+    from recordings.model.exercise import Site
 
     known = replay.run.site
     if options.site is None and known is None:

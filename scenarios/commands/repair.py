@@ -19,7 +19,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _repair(options: argparse.Namespace) -> int:
-    from recordings.errors import RecordingError, absence
+    from recordings.files.errors import RecordingError, absence
     from recordings.replay.recording import Replay
     from recordings.replay.repair import damage_of, has_footer, repair
 

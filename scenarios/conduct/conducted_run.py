@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from recordings.errors import RecordingError
+from recordings.files.errors import RecordingError
 from scenarios.conduct.latest import LatestSender
 from scenarios.problems import ScenarioError
 

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 import uvicorn
 
-from recordings.sink.viewer import LOOPBACK, ViewerError
-from recordings.sink.web_viewer import WebViewer, web_viewer
+from recordings.sink.viewer import LOOPBACK, ViewerError, WebViewer, web_viewer
 from scenarios.conduct.access import Access
 from scenarios.conduct.commands import LONGEST
 from scenarios.conduct.conducted_run import Errand

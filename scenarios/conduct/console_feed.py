@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any
 
 from coupling.master.observer_dispatch import CommunicationPoint
-from recordings.frame import INSTRUCTOR, ORDER_SOURCES, Event, Frame, RunDescription
+from recordings.model.frame import INSTRUCTOR, ORDER_SOURCES, Event, Frame, RunDescription
 from scenarios.conduct.latest import LatestSender
 from scenarios.conduct.snapshot import scene_of, state_of
 from scenarios.problems import ScenarioError

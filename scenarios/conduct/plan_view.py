@@ -7,7 +7,7 @@ import base64
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.frame import Frame
+from recordings.model.frame import Frame
 from scenarios.running.assembly import Assembly
 from scenarios.watch.oil_spots import AFLOAT, LOST, Spots, spots_of_slick
 

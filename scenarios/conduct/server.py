@@ -26,7 +26,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from recordings.sink.web_viewer import WebViewer
+from recordings.sink.viewer import WebViewer
 from scenarios.conduct.access import Access, Role
 from scenarios.conduct.commands import read_command, read_message
 from scenarios.conduct.page_link import PageLink

@@ -15,7 +15,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from recordings.frame import ORDER_SOURCES
+from recordings.model.frame import ORDER_SOURCES
 from scenarios.conduct.access import Role
 from scenarios.conduct.commands import Command
 from scenarios.conduct.conducted_run import Errand, start_run

@@ -14,10 +14,10 @@ import numpy as np
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
 from oilsim.physical_constants import KNOT
-from recordings import palette
-from recordings.exercise import BoomDescription
-from recordings.frame import Frame
-from recordings.words import CAUSE_IN_WORDS
+from recordings.model import palette
+from recordings.model.exercise import BoomDescription
+from recordings.model.frame import Frame
+from recordings.model.words import CAUSE_IN_WORDS
 from scenarios.conduct.plan_view import as_text, oil_spots
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from booms.containment import MODELLED, RESOLVED
 from booms.resolution import blockage_in_words, skirt_in_words
-from recordings.exercise import BoomDescription, WindowDescription
+from recordings.model.exercise import BoomDescription, WindowDescription
 from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
 

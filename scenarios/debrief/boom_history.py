@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
 from booms.scores import HeldSpeed, LossSpeeds
-from recordings.exercise import BoomDescription, ExerciseDescription
-from recordings.replay.body_series import BodySeries
+from recordings.model.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import Replay, Series
 from recordings.replay.running_extremes import WORST, reached
+from recordings.replay.series import BodySeries
 
 Array = NDArray[np.float64]
 

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
 from oilsim.physical_constants import KNOT
-from recordings import palette
-from recordings.pictures.style import EDGE
-from recordings.pictures.units import unit_for
+from recordings.model import palette
+from recordings.model.words import cause_in_words, force_in_words, force_unit
+from recordings.pictures.style import EDGE, unit_for
 from recordings.replay.recording import Replay
 from recordings.sink.plots import labels, plots_with_series
-from recordings.words import cause_in_words, force_in_words, force_unit
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.key_moments import KeyMoment
 

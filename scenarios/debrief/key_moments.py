@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from recordings.frame import ORDER_SOURCES, Event
+from recordings.model.frame import ORDER_SOURCES, Event
+from recordings.model.words import force_in_words
 from recordings.pictures.scenes import render_moments
 from recordings.replay.moments import Moment, read_moments, recorded_steps
 from recordings.replay.recording import Replay
-from recordings.words import force_in_words
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.order_words import order_in_words
 

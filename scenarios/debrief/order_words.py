@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 
 from oilsim.physical_constants import KNOT
-from recordings.words import course_in_words, levers_in_words, three_figures, volume_in_words
+from recordings.model.words import course_in_words, levers_in_words, three_figures, volume_in_words
 from scenarios.schema.parsing.structuring import COMPASS, SUFFIXES
 
 _PREFIX = "orders "

@@ -23,13 +23,13 @@ from booms.losses.drainage import suction_limit
 from booms.losses.liquids import OilOnWater
 from booms.scores import catenary_parameter, skirt_drag_coefficient, tow_force
 from oilsim.physical_constants import KNOT
-from recordings import palette
-from recordings.exercise import BoomDescription
+from recordings.model import palette
+from recordings.model.exercise import BoomDescription
+from recordings.model.words import cause_in_words, force_in_words, three_figures, volume_in_words
 from recordings.pictures.style import STYLE
 from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
 from recordings.sink.legend import tension_colors
-from recordings.words import cause_in_words, force_in_words, three_figures, volume_in_words
 from scenarios.debrief.accuracy_notes import accuracy_notes
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, oil_diagram, probe_diagram

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from oilsim.physical_constants import HOUR
-from recordings.words import three_figures
+from recordings.model.words import three_figures
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.diagrams import HELD_COLOR, empty_figure, finish, line_color, volume_unit
 from scenarios.debrief.key_moments import KeyMoment

@@ -13,13 +13,13 @@ from matplotlib.lines import Line2D
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ignore[import-untyped]
 
 from oilsim.physical_constants import KNOT
-from recordings import palette
-from recordings.entity_paths import VESSELS, body_group
-from recordings.exercise import BoomDescription
+from recordings.model import palette
+from recordings.model.entity_paths import VESSELS, body_group
+from recordings.model.exercise import BoomDescription
+from recordings.model.words import cause_in_words, course_in_words, three_figures
 from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks, draw_windows, spread_names
 from recordings.replay.moments import Moment
 from recordings.replay.recording import Replay
-from recordings.words import cause_in_words, course_in_words, three_figures
 from scenarios.debrief.diagrams import empty_figure
 from scenarios.debrief.key_moments import KeyMoment, bearing_of
 

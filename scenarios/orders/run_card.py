@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from recordings.files import RECORDING_ENDING
+from recordings.files.writing import RECORDING_ENDING
 from scenarios.problems import Problem, ScenarioError
 
 LOOPBACK = "127.0.0.1"  # where there are no sockets in folders

@@ -28,7 +28,7 @@ from oilsim.advance_report import AdvanceReport
 from oilsim.forcing import Current
 from oilsim.joint_readings import JointReadings
 from oilsim.solver import Fluid
-from recordings.frame import RunDescription
+from recordings.model.frame import RunDescription
 from scenarios.problems import problems_of
 from scenarios.running.winches import Winches
 from scenarios.scenario import Scenario

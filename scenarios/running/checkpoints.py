@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from coupling.master.co_simulation import CoSimulation
-from recordings.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
-from recordings.errors import absence
-from recordings.files import RECORDING_ENDING, held
+from recordings.files.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
+from recordings.files.errors import absence
+from recordings.files.writing import RECORDING_ENDING, held
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.running.ordered_sea import restore_sea, saved_sea

@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from recordings.frame import INSTRUCTOR
+from recordings.model.frame import INSTRUCTOR
 from scenarios.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:

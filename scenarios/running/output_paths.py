@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
-from recordings.files import is_same_file
+from recordings.files.writing import is_same_file
 from scenarios.problems import Problem, ScenarioError
 
 CHECKPOINTS_ENDING = ".checkpoints"

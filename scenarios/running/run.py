@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from recordings.errors import RecordingError
-from recordings.files import RECORDING_ENDING, held, why_unwritable
-from recordings.words import cause_in_words, volume_in_words
+from recordings.files.errors import RecordingError
+from recordings.files.writing import RECORDING_ENDING, held, why_unwritable
+from recordings.model.words import cause_in_words, volume_in_words
 from scenarios.exit_codes import FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build

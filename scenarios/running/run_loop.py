@@ -13,8 +13,8 @@ from typing import Any, Protocol, cast
 
 from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
-from recordings.errors import RecordingError
-from recordings.frame import INJECTS, INSTRUCTOR, EventLevel
+from recordings.files.errors import RecordingError
+from recordings.model.frame import INJECTS, INSTRUCTOR, EventLevel
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.apply_orders import give_orders, require_reach
 from scenarios.running.assembly import Assembly

@@ -13,8 +13,8 @@ import numpy as np
 
 from booms.balance import OilBalance
 from oilsim.accounts.ledger import Ledger
-from recordings.files import write_whole
-from recordings.frame import Event, Frame, RunDescription
+from recordings.files.writing import write_whole
+from recordings.model.frame import Event, Frame, RunDescription
 from scenarios.running.assembly import Assembly
 from scenarios.running.decimated_series import EvenSample
 from scenarios.versions import versions

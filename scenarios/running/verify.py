@@ -10,8 +10,8 @@ from pathlib import Path
 from rich.console import Console
 
 from coupling.errors import CoSimulationError
-from recordings.errors import RecordingError
-from recordings.frame import INSTRUCTOR
+from recordings.files.errors import RecordingError
+from recordings.model.frame import INSTRUCTOR
 from recordings.replay.recording import Replay
 from recordings.replay.replay_check import ReplayCheck
 from scenarios.running.assembly import build

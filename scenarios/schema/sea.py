@@ -23,7 +23,7 @@ from oilsim.sea import (
     Turbulence,
     WindDrift,
 )
-from recordings.exercise import GROUND
+from recordings.model.exercise import GROUND
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from scenarios.schema.run_settings import RunSettings

@@ -14,7 +14,7 @@ import numpy as np
 
 from booms.resolution import blockage_in_words, skirt_in_words
 from oilsim.physical_constants import KNOT
-from recordings.words import course_in_words
+from recordings.model.words import course_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.weather import horizontal

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from recordings.words import volume_in_words
+from recordings.model.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.liquid import BlockFill, CylinderFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.schema.parsing.quantity_fields import Vector

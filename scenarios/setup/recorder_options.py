@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from recordings.sample import grid_within
+from recordings.model.sample import grid_within
 from scenarios.scenario import Scenario
 
 FINE = 32  # fewest grid cells in a particle spacing

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from booms.containment import PRACTICE_SPEED
 from booms.deployment import BoomLayout
 from booms.scores import skirt_drag_coefficient, tow_force
-from recordings.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
-from recordings.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
+from recordings.model.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
+from recordings.model.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.scenario import Scenario, SiteSettings
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge

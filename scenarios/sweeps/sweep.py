@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from recordings.errors import RecordingError
+from recordings.files.errors import RecordingError
 from scenarios.exit_codes import DONE, FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.run import RunOptions, run_scenario

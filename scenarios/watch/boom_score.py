@@ -20,9 +20,9 @@ from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.physical_constants import KNOT
 from oilsim.slick.loss_cause import CAUSES
 from oilsim.solver import Fluid
-from recordings.frame import EventLevel
+from recordings.model.frame import EventLevel
+from recordings.model.words import cause_in_words
 from recordings.replay.running_extremes import WORST
-from recordings.words import cause_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.setup.boom_lines import track_off_reel

@@ -14,7 +14,7 @@ from booms.balance import OilBalance, balance, lost_ids
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim.physical_constants import KNOT
 from oilsim.solver import Fluid
-from recordings.words import course_in_words, levers_in_words
+from recordings.model.words import course_in_words, levers_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses

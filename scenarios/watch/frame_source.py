@@ -14,14 +14,14 @@ from coupling.participant import Causality, Participant
 from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from recordings.entity_paths import BOOM
-from recordings.frame import (
+from recordings.model.entity_paths import BOOM
+from recordings.model.frame import (
     BodyFrame,
     Frame,
     PhaseFrame,
     PhasesOnRequest,
 )
-from recordings.surface import FilmFrame, SurfaceFrame
+from recordings.model.surface import FilmFrame, SurfaceFrame
 from scenarios.setup.boom_lines import paid_out, reel_name
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.moorings import tie_name

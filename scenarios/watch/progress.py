@@ -8,7 +8,7 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-from recordings.frame import Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 
 SECONDS_BETWEEN_LINES = 5.0
 MEMORY = 30.0  # [s] of wall time over which the speed is averaged

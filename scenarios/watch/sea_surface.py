@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from oilsim.sea import Sea
-from recordings.surface import FilmFrame, SurfaceFrame
+from recordings.model.surface import FilmFrame, SurfaceFrame
 from scenarios.watch.oil_spots import spots_of_slick
 
 if TYPE_CHECKING:

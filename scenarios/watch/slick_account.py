@@ -13,7 +13,7 @@ from booms.boom_state import signed_distance
 from booms.containment import ContainmentReport
 from oilsim.slick.loss_cause import CAUSES
 from oilsim.slick.parcels import ParcelState, sums
-from recordings.frame import PhaseFrame
+from recordings.model.frame import PhaseFrame
 from scenarios.watch.oil_spots import film_thickness
 
 if TYPE_CHECKING:

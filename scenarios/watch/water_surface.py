@@ -11,7 +11,7 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import gaussian_filter
 
 from oilsim.sea import Sea
-from recordings.surface import SurfaceFrame
+from recordings.model.surface import SurfaceFrame
 from scenarios.watch.sea_surface import INNER_LINES, OUTER_LINES, box_around, grid_lines
 
 if TYPE_CHECKING:

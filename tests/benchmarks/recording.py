@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from recordings.frame import BodyFrame, Event, Frame, PhaseDescription, PhaseFrame, RunDescription
+from recordings.model.frame import BodyFrame, Event, Frame, PhaseDescription, PhaseFrame, RunDescription
 from recordings.sink.recorder import Recorder
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build

@@ -15,8 +15,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from recordings.frame import Frame, RunDescription
-from recordings.sample import Sample
+from recordings.model.frame import Frame, RunDescription
+from recordings.model.sample import Sample
 from recordings.sink.recorder import FILM_RATE
 from recordings.sink.rerun_sink import RerunFile
 from scenarios.load import load_scenario

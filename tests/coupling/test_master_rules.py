@@ -16,7 +16,7 @@ from coupling.master.exchange_ledger import Exchange
 from coupling.master.observer_dispatch import Watching
 from coupling.participant import Array, Causality, Status, StepResult, Variable, variable_table
 from coupling.units import Unit
-from recordings.frame import Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 from tests.coupling.accumulator import Accumulator
 
 Log = list[tuple[object, ...]]

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from recordings import checkpoint as module
-from recordings.checkpoint import (
+from recordings.files import checkpoint as module
+from recordings.files.checkpoint import (
     Checkpoint,
     CheckpointError,
     load_checkpoint,

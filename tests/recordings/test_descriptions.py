@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from recordings import entity_paths
-from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseFrame, PhasesOnRequest, RunDescription
-from recordings.sample import Block, Sample, id_ranges, ids_of_ranges
-from recordings.sink.force_arrows import GRAVITY, ForceArrows, enclosed_volume
+from recordings.model import entity_paths
+from recordings.model.frame import BodyFrame, Event, Frame, MeshDescription, PhaseFrame, PhasesOnRequest, RunDescription
+from recordings.model.sample import Block, Sample, id_ranges, ids_of_ranges
+from recordings.sink.writers import GRAVITY, ForceArrows, enclosed_volume
 
 BOX_SIZE = np.array([2.0, 3.0, 5.0])
 
@@ -122,7 +122,7 @@ def _fill(monkeypatch: pytest.MonkeyPatch, moments: list[float], count: int = 1)
     """Sizes of the blocks that samples of ``count`` particles make when they arrive at ``moments`` [s]."""
     block, sizes = Block(), []
     for index, moment in enumerate(moments):
-        monkeypatch.setattr("recordings.sample.time.monotonic", lambda now=moment: now)
+        monkeypatch.setattr("recordings.model.sample.time.monotonic", lambda now=moment: now)
         phase = PhaseFrame(np.zeros((count, 3), np.float32), np.arange(count, dtype=np.uint32))
         block.add(Sample(index=index, time=0.0, phases={"oil": phase}, bodies={}, tensions={}, lost={}, scalars={}))
         if block.full:

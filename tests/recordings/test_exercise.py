@@ -9,12 +9,12 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from recordings import entity_paths, palette
-from recordings.exercise import BoomDescription, ExerciseDescription, Site
-from recordings.frame import BodyFrame, Frame, PhaseFrame
+from recordings.model import entity_paths, palette
+from recordings.model.exercise import BoomDescription, ExerciseDescription, Site
+from recordings.model.frame import BodyFrame, Frame, PhaseFrame
 from recordings.replay.moments import read_moments
 from recordings.replay.recording import Replay
-from recordings.sink.cameras import following_views
+from recordings.sink.blueprint import following_views
 from recordings.sink.recorder import Recorder
 
 BOOM = BoomDescription(

@@ -14,9 +14,6 @@ import pytest
 import xarray
 from shapely.geometry import shape
 
-from recordings import palette
-from recordings.errors import RecordingError
-from recordings.exercise import Site
 from recordings.export.chosen import every, oil_frames
 from recordings.export.geography import date_at, longitude_latitude
 from recordings.export.geojson import write_geojson
@@ -24,7 +21,18 @@ from recordings.export.netcdf import write_netcdf
 from recordings.export.outline import slick_outlines
 from recordings.export.tables import write_tables
 from recordings.export.vtk_files import write_vtk
-from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
+from recordings.files.errors import RecordingError
+from recordings.model import palette
+from recordings.model.exercise import Site
+from recordings.model.frame import (
+    BodyFrame,
+    Event,
+    Frame,
+    MeshDescription,
+    PhaseDescription,
+    PhaseFrame,
+    RunDescription,
+)
 from recordings.replay.recording import Replay
 from recordings.sink.legend import legend
 from recordings.sink.recorder import Recorder

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from recordings import entity_paths
-from recordings.errors import RecordingError
-from recordings.frame import Event, Frame
+from recordings.files.errors import RecordingError
+from recordings.model import entity_paths
+from recordings.model.frame import Event, Frame
+from recordings.model.sample import grid_within
 from recordings.replay.recording import Replay
-from recordings.sample import grid_within
-from recordings.sink.body_writer import drawn_bodies
 from recordings.sink.recorder import Recorder
 from recordings.sink.rerun_sink import open_stream
+from recordings.sink.writers import drawn_bodies
 
 FRAMES = 35  # three blocks of ten and a rest
 

@@ -8,8 +8,8 @@ import time
 
 import numpy as np
 
-from recordings.errors import RecordingError
-from recordings.frame import (
+from recordings.files.errors import RecordingError
+from recordings.model.frame import (
     BodyFrame,
     CameraView,
     Event,

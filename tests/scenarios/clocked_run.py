@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from recordings.frame import Frame
+from recordings.model.frame import Frame
 from scenarios.cli import main
 from scenarios.watch.progress import ProgressDisplay
 

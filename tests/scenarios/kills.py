@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.errors import RecordingError
-from recordings.replay.body_series import BodySeries
+from recordings.files.errors import RecordingError
 from recordings.replay.recording import Replay, Series
+from recordings.replay.series import BodySeries
 from scenarios.running.checkpoints import find_restart
 
 STARTED = 3  # frames; before, kernels are loaded

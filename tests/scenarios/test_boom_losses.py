@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from recordings.checkpoint import state_hash
+from recordings.files.checkpoint import state_hash
 from recordings.replay.recording import Replay
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import recordings.pictures.picture
-from recordings.frame import Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.constants import knot
 
-from recordings.frame import Frame, RunDescription
+from recordings.model.frame import Frame, RunDescription
 from recordings.replay.comparison import scores
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder

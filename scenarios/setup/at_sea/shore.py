@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from booms.deployment import PlacedBody
 from coupling.bodies import mass_properties
 from coupling.participants.plan_barriers import Beach
-from recordings.exercise import GROUND
+from recordings.model.exercise import GROUND
 from scenarios.setup.solids.placed_solids import HELD_DENSITY, Solid
 
 # [m] thickness of the ground in pictures

@@ -19,7 +19,7 @@ from coupling.solids.surface_sampling import SurfaceSampling, particles_of, samp
 from coupling.solids.thin_parts import HELD
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.phases import RIGHT_ANGLE
-from recordings.frame import Color
+from recordings.model.frame import Color
 from scenarios.problems import Problem, problems_of
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Body, Fixed, Free, MeshBody

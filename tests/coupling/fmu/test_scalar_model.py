@@ -12,7 +12,7 @@ import pytest
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.scalar_model import ScalarModel, given, model_in, parameter, taken
 from coupling.master.co_simulation import CoSimulation
-from recordings.checkpoint import state_from_bytes, state_to_bytes
+from recordings.files.checkpoint import state_from_bytes, state_to_bytes
 from scenarios.cli import main
 
 

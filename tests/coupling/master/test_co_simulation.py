@@ -12,7 +12,7 @@ from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import Exchange
 from coupling.master.observer_dispatch import Watching
 from coupling.participant import Status, StepResult
-from recordings.frame import Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 from tests.coupling.accumulator import Accumulator
 
 

@@ -36,7 +36,7 @@ from coupling.testing import (
 from coupling.testkit.history import BodyTrack, Track
 from oilsim.forcing import wave_number
 from oilsim.initial_conditions import block
-from recordings.frame import MeshDescription, PhaseDescription, RunDescription
+from recordings.model.frame import MeshDescription, PhaseDescription, RunDescription
 
 SIDE, SPACING, LEVEL = 0.2, 0.05, 0.5  # m
 PERIOD, RATE, WAVE, DEPTH, APART = 0.8, 0.4, 1.0, 0.5, 0.3  # s, 1/s, s, m, m

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from recordings.frame import Event
-from recordings.pictures.series import draw_events
+from recordings.model.frame import Event
+from recordings.pictures.picture import draw_events
 
 
 def shown(events: list[Event]) -> list[str]:

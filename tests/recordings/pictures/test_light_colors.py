@@ -5,7 +5,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from recordings import palette
+from recordings.model import palette
 from recordings.pictures.style import edge_of_light, is_light
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull
 
-from recordings.frame import BodyFrame, MeshDescription
+from recordings.model.frame import BodyFrame, MeshDescription
 from recordings.pictures.chart import draw_body, spread_names
 
 CORNERS = np.array(list(itertools.product((-7.5, 7.5), (-2.5, 2.5), (0.0, 1.0))), dtype=np.float32)

@@ -10,15 +10,14 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from recordings.frame import BodyFrame, Frame, PhaseFrame
+from recordings.model.frame import BodyFrame, Frame, PhaseFrame
+from recordings.model.surface import SurfaceFrame
 from recordings.pictures.picture import draw_picture
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
 from recordings.pictures.scenes import render_moments
-from recordings.replay.moments import Moment, key_steps, placed_vertices
-from recordings.replay.surface import DrawnSea
+from recordings.replay.moments import DrawnSea, Moment, key_steps, placed_vertices
 from recordings.sink.plots import plots_with_series
 from recordings.sink.recorder import Recorder
-from recordings.surface import SurfaceFrame
 
 SIZE = 200  # pixels
 FOCAL = 400.0

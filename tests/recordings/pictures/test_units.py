@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from recordings.pictures.units import shown_in
+from recordings.pictures.style import shown_in
 
 
 @pytest.mark.parametrize(

@@ -13,12 +13,12 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from recordings.errors import RecordingError
-from recordings.frame import Frame
-from recordings.replay.columns import read_rows
+from recordings.files.errors import RecordingError
+from recordings.model.frame import Frame
 from recordings.replay.comparison import common_time, scores, write_side_by_side
 from recordings.replay.recording import Replay
 from recordings.replay.repair import open_reader
+from recordings.replay.series import read_rows
 from recordings.sink.recorder import Recorder
 
 BEGIN, COUNT, FACTOR = 10, 40, 1.5

@@ -8,13 +8,13 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from recordings import palette
-from recordings.frame import Frame
+from recordings.model import palette
+from recordings.model.frame import Frame
+from recordings.model.surface import FilmFrame, SurfaceFrame
 from recordings.pictures.raster import Canvas, fitted_projection
+from recordings.replay.moments import seas_at
 from recordings.replay.recording import Replay
-from recordings.replay.surface import seas_at
 from recordings.sink.recorder import Recorder
-from recordings.surface import FilmFrame, SurfaceFrame
 
 BOX = (-10.0, -10.0, 10.0, 10.0)
 LINES = np.linspace(-12.0, 12.0, 25)

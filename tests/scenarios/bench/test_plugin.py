@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings.checkpoint import load_checkpoint
+from recordings.files.checkpoint import load_checkpoint
 from recordings.replay.recording import Replay
 
 pytest_plugins = ["pytester"]

@@ -250,7 +250,7 @@ def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_pa
     """Water, oil and sky are there in colours that nothing else of the page has, and an earlier moment is another picture."""
     import matplotlib.image
 
-    from recordings import palette
+    from recordings.model import palette
 
     with console(tmp_path, TOW, "--pace", "2", has_scene=True) as one, sync_api.sync_playwright() as player:
         page = opened(browser(player), one, "instructor", is_paused=True)

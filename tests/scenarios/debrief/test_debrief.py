@@ -14,8 +14,16 @@ import numpy as np
 import pytest
 
 from booms.containment import PRACTICE_SPEED
-from recordings.exercise import BoomDescription, ExerciseDescription
-from recordings.frame import BodyFrame, Event, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
+from recordings.model.exercise import BoomDescription, ExerciseDescription
+from recordings.model.frame import (
+    BodyFrame,
+    Event,
+    Frame,
+    MeshDescription,
+    PhaseDescription,
+    PhaseFrame,
+    RunDescription,
+)
 from recordings.replay.recording import Replay, Series
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main

@@ -10,10 +10,10 @@ import pyarrow.csv
 import pytest
 import xarray
 
-from recordings.replay.columns import read_rows
 from recordings.replay.joined import JoinedReplay, branch_of
 from recordings.replay.recording import Replay
 from recordings.replay.repair import open_reader
+from recordings.replay.series import read_rows
 from scenarios.cli import main
 from scenarios.debrief.boom_history import boom_histories
 from scenarios.debrief.page import write_debrief

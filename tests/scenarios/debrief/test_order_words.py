@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from recordings.words import cause_in_words, course_in_words, force_in_words, three_figures, volume_in_words
+from recordings.model.words import cause_in_words, course_in_words, force_in_words, three_figures, volume_in_words
 from scenarios.debrief.order_words import order_in_words
 
 EAST = 0.5 * math.pi

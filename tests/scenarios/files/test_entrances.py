@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from oilsim.forcing import AiryWaves, Current, Wind
-from recordings.replay import Replay
+from recordings import Replay
 from scenarios.cli import main
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError

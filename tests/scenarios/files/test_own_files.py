@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from recordings.files import held
+from recordings.files.writing import held
 from scenarios.cli import main
 from scenarios.running.output_paths import checkpoint_folder
 from scenarios.running.summary import SummaryObserver

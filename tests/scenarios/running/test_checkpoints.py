@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from recordings.checkpoint import CheckpointError
+from recordings.files.checkpoint import CheckpointError
 from recordings.replay.moments import recorded_steps
 from recordings.replay.recording import Replay
 from scenarios.cli import main

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from recordings.checkpoint import state_from_bytes, state_to_bytes
+from recordings.files.checkpoint import state_from_bytes, state_to_bytes
 from scenarios.running.decimated_series import MOST, EvenSample
 
 

@@ -25,7 +25,7 @@ from fmpy.validation import validate_fmu
 
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.participant import Causality, Status
-from recordings.checkpoint import state_hash
+from recordings.files.checkpoint import state_hash
 from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build

@@ -10,9 +10,9 @@ import xarray
 
 from booms.loads import skirt_drag
 from coupling.testing import assert_restarts_exactly
-from recordings.exercise import Site
 from recordings.export.chosen import oil_frames, oil_names
 from recordings.export.netcdf import write_netcdf
+from recordings.model.exercise import Site
 from recordings.replay.recording import Replay
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import load_scenario

@@ -13,7 +13,7 @@ import pytest
 
 from coupling.errors import CoSimulationError
 from coupling.participants.fluid import FluidParticipant
-from recordings.frame import Frame
+from recordings.model.frame import Frame
 from recordings.replay.recording import Replay
 from recordings.replay.repair import has_footer
 from scenarios.bench.scenario_run import ScenarioRun

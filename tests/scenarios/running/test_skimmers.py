@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from recordings.checkpoint import state_hash
+from recordings.files.checkpoint import state_hash
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError

@@ -22,7 +22,7 @@ from coupling.errors import CoSimulationError
 from coupling.fmu import isolated_fmu
 from coupling.fmu.isolated_fmu import IsolatedFmu
 from coupling.participant import Status
-from recordings.checkpoint import state_from_bytes, state_hash, state_to_bytes
+from recordings.files.checkpoint import state_from_bytes, state_hash, state_to_bytes
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main
 from scenarios.load import load_scenario

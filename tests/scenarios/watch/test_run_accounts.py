@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 import pytest
 
-from recordings.frame import Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import run_state, run_state_hash

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from recordings.frame import Frame, PhaseFrame
-from recordings.surface import FilmFrame, SurfaceFrame
+from recordings.model.frame import Frame, PhaseFrame
+from recordings.model.surface import FilmFrame, SurfaceFrame
 
 MAXIMUM_BLOCK_SECONDS = 0.5  # [s] of wall time that a killed run may lose
 MAXIMUM_BLOCK_BYTES = 8 << 20

@@ -1,25 +1,95 @@
-"""Bodies in a recording: the exact motions of all in one chunk, and the shapes, tensions and forces that the viewer draws.
-
-A chunk costs Rerun about a millisecond, however little it holds. So one entity has the motions of all bodies, frame by frame, and the
-segments of a boom, which share a mesh, are drawn as instances of one entity. Instances have one colour; therefore a line along the top
-of each segment shows its tension.
-"""
+"""Write the parts of a scene to a recording: bodies with their force arrows, the names of booms, the surface of the sea."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from recordings import appearance, entity_paths, palette
-from recordings.frame import MeshDescription, RunDescription
-from recordings.sample import Sample
-from recordings.sink.force_arrows import ForceArrows
-from recordings.sink.streams import Changing, Static
+from recordings.model import appearance, entity_paths, palette
+from recordings.model.exercise import BoomDescription
+from recordings.model.frame import MeshDescription, RunDescription
+from recordings.model.sample import Sample
+from recordings.model.surface import SurfaceFrame, grid_faces
+
+
+class Static(Protocol):
+    """Logs components that do not change."""
+
+    def __call__(self, path: str, *components: rr.AsComponents) -> None:
+        """Log them at a path."""
+
+
+class Changing(Protocol):
+    """Sends one chunk, with one row for each sample."""
+
+    def __call__(self, path: str, samples: Sequence[Sample], columns: Iterable[rr.ComponentColumn]) -> None:
+        """Send it for a path."""
+
+
+GRAVITY = 9.81  # [m/s2] of the scale that arrows are drawn in; it takes no part in any computation
+FULL_LENGTH = 3.0  # body lengths: the arrow of a boom, afloat on a sixth of its volume, must reach out of it
+
+
+def enclosed_volume(mesh: MeshDescription) -> float:
+    """Compute the volume [m3] inside a closed mesh: the sum of signed tetrahedra, V = |sum of v0 . (v1 x v2)| / 6."""
+    corner = mesh.vertices[mesh.faces].astype(np.float64)
+    return abs(float(np.einsum("ij,ij->", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])))) / 6.0
+
+
+class ForceArrows:
+    """The scale of the force arrows: one for each body, constant for the whole run, so twice the length is twice the force.
+
+    A force as large as the body's buoyancy when fully submerged, rho g V, is three body lengths long. Forces on boom segments and ships
+    differ by orders of magnitude; a scale by the body's own size shows both.
+    """
+
+    def __init__(self, meshes: Mapping[str, MeshDescription] | None = None, rest_density: float = 1000.0) -> None:
+        """Compute the scales for fluid of ``rest_density`` [kg/m3]; bodies without a volume get no arrow."""
+        self.metres_per_newton: dict[str, float] = {}
+        for name, mesh in (meshes or {}).items():
+            volume = enclosed_volume(mesh) if len(mesh.faces) else 0.0
+            if volume > 0.0:
+                size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+                self.metres_per_newton[name] = FULL_LENGTH * size / (rest_density * GRAVITY * volume)
+
+    def vectors(self, name: str, forces: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
+        """Compute arrows (N, 3) [m] of the forces (N, 3) [N] on one body; None for a body without a scale."""
+        scale = self.metres_per_newton.get(name)
+        return None if scale is None else scale * forces
+
+
+_ABOVE = 2.0  # [1] height of a name over the boom, in heights of its freeboard
+
+
+class BoomNames:
+    """Writes where the names stand."""
+
+    def __init__(self, static: Static, changing: Changing) -> None:
+        self._static, self._changing = static, changing
+        self._places: Mapping[str, tuple[str, float]] = {}
+
+    def begin(self, booms: Sequence[BoomDescription]) -> None:
+        """Write the names themselves; the place of each is a segment of its boom."""
+        self._places = {boom.name: (boom.apex, _ABOVE * boom.freeboard) for boom in booms}
+        for boom in booms:
+            look = rr.Points3D.from_fields(labels=[boom.name], colors=[palette.NAME], radii=[0.0], show_labels=True)
+            self._static(entity_paths.boom_label(boom.name), look)
+
+    def write(self, samples: Sequence[Sample]) -> None:
+        """Write where the names stand in samples."""
+        for name, (segment, above) in self._places.items():
+            having = [sample for sample in samples if segment in sample.bodies]
+            if having:
+                places = np.array([sample.bodies[segment][:3] for sample in having]) + np.array([0.0, 0.0, above])
+                columns = rr.Points3D.columns(positions=places.astype(np.float32))
+                self._changing(entity_paths.boom_label(name), having, columns)
+
 
 Array = npt.NDArray[np.float64]
 
@@ -168,3 +238,65 @@ def _placed(points: Array, position: Array, orientation: Array) -> Array:
     axis, real = orientation[:, None, :3], orientation[:, None, 3:]
     turned = points + 2.0 * np.cross(axis, np.cross(axis, points) + real * points)
     return np.asarray(turned + position[:, None])
+
+
+class SurfaceWriter:
+    """Writes surfaces and films; the places of vertices in the film's box are sent again only where the box has changed."""
+
+    def __init__(self, static: Static, changing: Changing) -> None:
+        self._static, self._changing = static, changing
+        self._box: tuple[float, ...] = ()
+        self._lines: tuple[bytes, bytes] | None = None
+        self.has_film = self.is_clear = False
+
+    @property
+    def is_begun(self) -> bool:
+        """True once a surface has been written."""
+        return bool(self._box)
+
+    def write(self, samples: Sequence[Sample]) -> None:
+        """Write the surfaces of those samples that have one."""
+        having = [sample for sample in samples if sample.surface is not None]
+        surfaces = [sample.surface for sample in samples if sample.surface is not None]
+        if not having:
+            return
+        if not self._box:
+            self.has_film, self.is_clear = having[0].film is not None, surfaces[0].is_clear
+            self._begin(surfaces[0])
+        drawn = rr.Mesh3D.columns(
+            vertex_positions=np.concatenate([surface.vertices for surface in surfaces]),
+            vertex_colors=np.concatenate([_greys(surface) for surface in surfaces]),
+        )
+        self._changing(entity_paths.SURFACE, having, [*drawn.partition([surface.height.size for surface in surfaces])])
+        for sample, surface in zip(having, surfaces, strict=True):
+            lines = (surface.x.tobytes(), surface.y.tobytes())
+            if surface.box != self._box or lines != self._lines:
+                self._box, self._lines = surface.box, lines
+                places = rr.Mesh3D.columns(vertex_texcoords=surface.places_in_box[:, ::-1].copy())
+                box = rr.AnyValues.columns(box=np.array(surface.box)).partition([4])
+                self._changing(entity_paths.SURFACE, [sample], [*places.partition([surface.height.size]), *box])
+        films = [sample for sample in having if sample.film is not None]
+        if films:
+            self._changing(entity_paths.SURFACE, films, _texture_columns(films))
+
+    def _begin(self, surface: SurfaceFrame) -> None:
+        """Write the triangles, the number of vertices in each direction, and the water's colour where no film has it."""
+        shape = (len(surface.x), len(surface.y))
+        color = None if self.has_film else palette.CLEAR_WATER if self.is_clear else palette.SEA
+        faces = rr.Mesh3D.from_fields(triangle_indices=grid_faces(*shape), albedo_factor=color)
+        self._static(entity_paths.SURFACE, faces, rr.AnyValues(shape=list(shape), clear=[int(self.is_clear)]))
+
+
+def _greys(surface: SurfaceFrame) -> npt.NDArray[np.uint8]:
+    """Return the daylight on each vertex as a grey (V, 4), by which the viewer multiplies the colours."""
+    grey = np.round(255.0 * surface.brightness).astype(np.uint8)
+    return np.stack([grey, grey, grey, np.full_like(grey, 255)], axis=-1)
+
+
+def _texture_columns(samples: Sequence[Sample]) -> rr.ComponentColumnList:
+    images = [palette.film_colors(sample.film.thickness) for sample in samples if sample.film is not None]
+    formats = [
+        rr.components.ImageFormat(width=image.shape[1], height=image.shape[0], color_model="RGB", channel_datatype="U8")
+        for image in images
+    ]
+    return rr.Mesh3D.columns(albedo_texture_buffer=[image.tobytes() for image in images], albedo_texture_format=formats)

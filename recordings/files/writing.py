@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from recordings.errors import RecordingError
+from recordings.files.errors import RecordingError
 
 RECORDING_ENDING = ".rrd"  # the file ending of Rerun
 

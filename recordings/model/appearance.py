@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from recordings import palette
-from recordings.frame import MeshDescription, PhaseDescription
+from recordings.model import palette
+from recordings.model.frame import MeshDescription, PhaseDescription
 
 _WATER_RADIUS = 0.17  # in particle spacings; small, because the viewer draws no translucent points and oil under water must be visible
 _LONE_WATER_RADIUS = 0.35  # without oil: large enough to show the surface, small enough to see bodies through it

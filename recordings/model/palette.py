@@ -8,8 +8,8 @@ import zlib
 import numpy as np
 import numpy.typing as npt
 
-from recordings import entity_paths
-from recordings.frame import Color, MeshDescription, PhaseDescription
+from recordings.model import entity_paths
+from recordings.model.frame import Color, MeshDescription, PhaseDescription
 
 WATER: Color = (64, 140, 196, 255)
 OIL: Color = (48, 28, 12, 255)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from recordings.errors import RecordingError
+from recordings.files.errors import RecordingError
 
 FORMAT_VERSION = 19
 _STRUCTURE = "structure"

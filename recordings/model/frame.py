@@ -17,8 +17,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from recordings.exercise import ExerciseDescription, Site, WindowDescription
-from recordings.surface import FilmFrame, SurfaceFrame
+from recordings.model.exercise import ExerciseDescription, Site, WindowDescription
+from recordings.model.surface import FilmFrame, SurfaceFrame
 
 Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
 EventLevel = Literal["info", "warning", "error"]

@@ -1,0 +1,1 @@
+"""The files of recordings and checkpoints: their errors, messages and safe writing."""
