@@ -4,13 +4,18 @@ READY := .venv/.ready
 # compiled kernels, kept by their sources: all clones of the same source share them
 export NUMBA_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/oilsim/kernels
 
-.PHONY: demo conduct test test-all lint docs bench pareto validate half-step stress fuzz mutants paper clean
+QUICK := $(addprefix tests/,oilsim/density oilsim/gradients oilsim/neighborhood oilsim/pressure oilsim/viscosity oilsim/tension oilsim/sea oilsim/slick booms/losses coupling/master vessels scenarios/test_reference.py docs/test_pages.py test_readme.py)
+
+.PHONY: demo conduct quick test test-all lint docs bench pareto validate half-step stress fuzz mutants paper clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --overwrite --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
 
 conduct: $(READY)  ## conduct an exercise on a page in the browser; EXERCISE=name or file
 	$(BIN)/oilsim conduct $(or $(EXERCISE),sweep-200m)
+
+quick: $(READY)  ## a choice of tests that takes under a minute with kernels compiled: while you work
+	$(BIN)/pytest -n 2 -q $(QUICK)
 
 test: lint  ## lint, types, import layers, tests: what CI runs
 	$(BIN)/pytest -n 2

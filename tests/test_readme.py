@@ -1,9 +1,8 @@
-"""What the README shows runs as it stands."""
+"""What the README and the trainer's guide show runs as it stands."""
 
 from __future__ import annotations
 
 import re
-import tomllib
 import warnings
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import pybullet_data
 from coupling.participants.fluid import FluidParticipant
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build
+from tests.docs.guide import DOCS, write_files
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
@@ -41,12 +41,10 @@ def test_plugin_example_runs():
     pybullet.disconnect(client)
 
 
-def test_scenario_example_is_sound_and_floats(tmp_path):
-    text = code_block("toml")
-    assert tomllib.loads(text)["name"] == "floating-crate"
-    path = tmp_path / "floating-crate.toml"
-    path.write_text(text)
-    assembly = build(load_scenario(path, overrides=["fluid.particle_spacing=0.09"]).scenario)
+def test_crate_of_the_trainers_guide_is_sound_and_floats(tmp_path):
+    guide = DOCS / "guides" / "trainer.md"
+    write_files(guide, tmp_path)
+    assembly = build(load_scenario(tmp_path / "crate.toml", overrides=["fluid.particle_spacing=0.09"]).scenario)
     run = assembly.co_simulation()
     run.initialize()
     for _ in range(30):

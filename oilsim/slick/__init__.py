@@ -1,1 +1,1 @@
-"""The slick in plan view: parcels of oil that spread, drift, are held, strand, and keep their volume; see `docs/slick.md`."""
+"""The slick in plan view: parcels of oil that spread, drift, are held, strand, and keep their volume; see `docs/sea.md`."""

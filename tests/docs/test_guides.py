@@ -86,7 +86,7 @@ def test_fmu_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _ended(command: list[str], tries: int = 3) -> subprocess.CompletedProcess[str]:
-    """A program that has ended; one that glibc ended after its work (known-errors.md, "At the end of a process") starts again."""
+    """A program that has ended; one that glibc ended after its work (known-errors.md, "Numbers and processes") starts again."""
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=500)
     again = done.returncode == -signal.SIGABRT and "corrupted double-linked list" in done.stderr and tries > 1
     return _ended(command, tries - 1) if again else done
