@@ -16,7 +16,7 @@
     apply_viscosity        implicitly, or explicitly where it is mild                           `stages.viscosity`
     project_velocity       bounded solve for the change of pressure, bodies answering           `stages.pressure`
     apply_wall_contact     single drops meet walls, and no particle goes into a thin plate      `stages.contact`
-    give_back              liquid off the walls gets lost momentum back                         `momentum_correction`
+    project_momentum       liquid off the walls gets lost momentum back                         `momentum_projection`
 
 Positions and velocities are constrained apart: a density error is carried to the next step, not converted into motion. The scheme of
 Qiu et al. 2021, which feeds it back, is in `oilsim.step.paper`. Advection comes first and on its own, since bodies and frames may cut a
@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver
 from oilsim.state import FluidState
-from oilsim.step.momentum_correction import MomentumCorrection
+from oilsim.step.momentum_projection import MomentumProjection
 from oilsim.step.stages.adhesion import apply_adhesion
 from oilsim.step.stages.contact import apply_wall_contact
 from oilsim.step.stages.films import press_films
@@ -54,22 +54,22 @@ def split_step(
     """
     part_sleepers(tools, state, time_step, driven)
     search_neighbors(tools, arrays, state)
-    correction = MomentumCorrection(tools, arrays, state)
-    with correction.watch():
+    momentum = MomentumProjection(tools, arrays, state)
+    with momentum.watch():
         density_iterations, density_error = relax_positions(tools, arrays, state, time_step)
     cache_pair_gradients(tools, arrays, state)
     viscous_step = begin_viscosity(tools, state, time_step)
     apply_gravity(tools, state, time_step)
     press_films(tools, arrays, state, time_step)
     drive(time_step)
-    with correction.watch():
+    with momentum.watch():
         apply_adhesion(tools, arrays, state, time_step)
         apply_tension(tools, arrays, state, time_step)
         operator = apply_last_pressure(tools, arrays, state, time_step)
         viscosity_iterations, viscosity_error = apply_viscosity(tools, arrays, state, viscous_step)
         divergence_iterations, divergence_error = project_velocity(tools, arrays, state, solver, operator)
         apply_wall_contact(tools, arrays, state, time_step)
-    correction.give_back()
+    momentum.project()
     return StepResult(
         time_step, density_iterations, divergence_iterations, viscosity_iterations, density_error, divergence_error,
         viscosity_error, arrays.crowding,
