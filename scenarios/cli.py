@@ -13,30 +13,15 @@ import sys
 from collections.abc import MutableSequence, Sequence
 
 from recordings.files.errors import RecordingError
-from scenarios.commands import (
-    check,
-    compare,
-    conduct,
-    debrief,
-    export,
-    list,
-    new,
-    order,
-    repair,
-    replay,
-    report,
-    run,
-    sweep,
-    verify,
-)  # fmt: skip
-from scenarios.commands.catalogues import booms, oils
-from scenarios.commands.fmus import build_fmu, export_fmu, signals
+from scenarios.commands import catalogs, check, conduct, export, fmu, order, playback, run, shipped, sweep
 from scenarios.exit_codes import BAD_INPUT, DONE, INTERRUPTED
 from scenarios.problems import ScenarioError
 
-COMMANDS = (
-    list, new, oils, booms, check, run, conduct, order, sweep, replay, debrief, compare, verify, report, export, repair,
-    signals, build_fmu, export_fmu,
+REGISTER = (
+    shipped.register_list, shipped.register_new, catalogs.register_oils, catalogs.register_booms, check.register, run.register,
+    conduct.register, order.register, sweep.register, playback.register_replay, playback.register_debrief, playback.register_compare,
+    playback.register_verify, playback.register_report, export.register, playback.register_repair, fmu.register_signals,
+    fmu.register_build, fmu.register_export,
 )  # fmt: skip
 
 
@@ -117,8 +102,8 @@ def command_parser() -> argparse.ArgumentParser:
         description="Simulate oil and sea water around rocks, booms and vessels: run scenario files, replay and evaluate the recordings.",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for command in COMMANDS:
-        command.register(commands)
+    for register in REGISTER:
+        register(commands)
     return parser
 
 

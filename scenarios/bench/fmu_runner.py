@@ -25,7 +25,7 @@ class FmuRunner:
 
         Raises ScenarioError for a model that cannot be built.
         """
-        from scenarios.commands.fmus.build_fmu import build_fmu
+        from scenarios.commands.fmu import build_fmu
 
         path = self._folder / f"{Path(source).stem}.fmu"
         build_fmu(str(source), path, version)

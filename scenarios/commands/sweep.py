@@ -100,7 +100,7 @@ def _require(options: argparse.Namespace) -> None:
 def _samples(options: argparse.Namespace) -> list[dict[str, str]]:
     """Draw the samples of the ranges; one empty sample without ranges."""
     from scenarios.problems import Problem, ScenarioError
-    from scenarios.sweeps.sampling import parse_range, samples
+    from scenarios.sweeps.variants import parse_range, samples
 
     ranges = [parse_range(text) for text in options.range]
     keys = [one.key for one in ranges]

@@ -15,7 +15,7 @@ from pathlib import Path
 from rich.console import Console
 
 from recordings.files.errors import RecordingError
-from scenarios.conduct.latest import LatestSender
+from scenarios.conduct.console_feed import LatestSender
 from scenarios.problems import ScenarioError
 
 FLUSH = 5.0  # [s] for the last messages to a console

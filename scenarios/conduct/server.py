@@ -7,8 +7,11 @@ which browsers send to nobody; a page shows it in its first message. Pages of ot
 from __future__ import annotations
 
 import asyncio
+import json
 import secrets
-from collections.abc import AsyncIterator, Mapping
+import urllib.error
+import urllib.request
+from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
@@ -29,10 +32,114 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from recordings.sink.viewer import WebViewer
 from scenarios.conduct.access import Access, Role
 from scenarios.conduct.commands import read_command, read_message
-from scenarios.conduct.page_link import PageLink
 from scenarios.conduct.session import Session
-from scenarios.conduct.viewer_files import ViewerFiles, other_origin, policy
 from scenarios.problems import ScenarioError
+
+_OTHER_NAME = {"127.0.0.1": "localhost", "localhost": "127.0.0.1"}
+PATIENCE = 30.0  # [s] that the viewer's server may take over a file
+NAMES = ("re_viewer.js", "re_viewer_bg.wasm")
+
+
+def other_origin(host: str) -> str:
+    """Return the origin of this machine's other name, as http://localhost:8000 for the host 127.0.0.1:8000; empty for other hosts."""
+    name, _, port = host.partition(":")
+    return f"http://{_OTHER_NAME[name]}:{port}" if name in _OTHER_NAME else ""
+
+
+def policy(host: str) -> dict[str, str]:
+    """Return the headers of the viewer's page and files for a request to `host`: only the page of the other name may embed them."""
+    return {
+        "content-security-policy": "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+        "img-src 'self' data: blob:; connect-src 'self' http://127.0.0.1:*; worker-src 'none'; base-uri 'none'; "
+        f"frame-ancestors {other_origin(host)}",
+    }
+
+
+class ViewerFiles:
+    """Passes on the files of the viewer's own server, which listens on this machine."""
+
+    def __init__(self, origin: str) -> None:
+        """Pass on files from `origin`, as http://127.0.0.1:9090."""
+        self._origin = origin
+        self._kept: dict[str, tuple[bytes, str]] = {}
+
+    async def answer(self, request: Request) -> Response:
+        """Return a file."""
+        name = request.path_params["name"]
+        if name not in NAMES:
+            return PlainTextResponse("there is no such file", status_code=404)
+        try:
+            if name not in self._kept:
+                self._kept[name] = await asyncio.to_thread(self._fetched, name)
+        except (OSError, urllib.error.URLError):
+            return PlainTextResponse("there is no such file", status_code=404)
+        content, kind = self._kept[name]
+        return Response(content, media_type=kind, headers=policy(request.headers["host"]))
+
+    def _fetched(self, name: str) -> tuple[bytes, str]:
+        """Fetch a file once; OSError if there is none."""
+        with urllib.request.urlopen(f"{self._origin}/{name}", timeout=PATIENCE) as answer:
+            return answer.read(), answer.headers.get_content_type()
+
+
+SLOWEST = 20.0  # [s] that a page may take to read one message
+
+
+class PageLink:
+    """Sends a page what has changed since it last read; of states only the latest."""
+
+    def __init__(self, socket: WebSocket, role: Role, session: Session) -> None:
+        """Serve the page behind `socket`, which has shown that it is in this role."""
+        self.socket, self.role, self._session = socket, role, session
+        self._changed = asyncio.Event()
+        self._run = -1
+        self._line = 0
+        self._summary = self._state = ""
+        self._answers: list[dict[str, Any]] = []
+
+    def notice(self) -> None:
+        """Take note that there is more to show."""
+        self._changed.set()
+
+    def answer(self, number: int, **entries: object) -> None:
+        """Answer a command."""
+        self._answers.append({"kind": "answer", "id": number, **entries})
+        self._changed.set()
+
+    async def send_all(self, first: dict[str, Any]) -> None:
+        """Send `first`, and then all that changes, until the page is closed; TimeoutError for one that does not read."""
+        await self._send(json.dumps(first))
+        while True:
+            self._changed.clear()
+            for text in self._news():
+                await self._send(text)
+            await self._changed.wait()
+
+    async def _send(self, text: str) -> None:
+        async with asyncio.timeout(SLOWEST):
+            await self.socket.send_text(text)
+
+    def _news(self) -> Iterator[str]:
+        """Yield the messages that the page has not been sent."""
+        session = self._session
+        while self._answers:
+            yield json.dumps(self._answers.pop(0))
+        summary = json.dumps(session.summary)
+        if summary != self._summary:
+            self._summary = summary
+            yield summary
+        if session.scene is not None and session.run_number != self._run and session.phase != "building":
+            self._run = session.run_number
+            yield json.dumps(session.scene)
+            yield json.dumps({"kind": "history", "rows": session.history.rows})
+        news = [line for line in session.lines if line["number"] > self._line]
+        if news:
+            self._line = news[-1]["number"]
+            yield json.dumps({"kind": "lines", "lines": news})
+        if session.state_text != self._state and self._run == session.run_number:
+            self._state = session.state_text
+            yield self._state
+
 
 MOST_PAGES = 40  # [1] open at a time
 MOST_STRANGERS = 16  # [1] that have not shown a token yet

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -20,12 +22,50 @@ from scenarios.conduct.access import Role
 from scenarios.conduct.commands import Command
 from scenarios.conduct.conducted_run import Errand, start_run
 from scenarios.conduct.history import Album, History
-from scenarios.conduct.inbox import Inbox
 from scenarios.debrief.order_words import order_in_words
 from scenarios.orders.client import NoAnswerError, ask
-from scenarios.orders.messages import Kind
+from scenarios.orders.protocol import Kind
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import free_recording
+
+_STATE = b'{"kind": "state"'
+
+
+class Inbox:
+    """Reads messages from a pipe; of the states that wait for the event loop, only the latest is kept."""
+
+    def __init__(
+        self, pipe: Connection, loop: asyncio.AbstractEventLoop, arrived: Callable[[Sequence[bytes] | None], None]
+    ) -> None:
+        """Call `arrived` in the loop with messages, in order; last with None, when the pipe is closed."""
+        self._pipe, self._loop, self._arrived = pipe, loop, arrived
+        self._lock = threading.Lock()
+        self._messages: list[bytes] = []
+        threading.Thread(target=self._read, name="inbox", daemon=True).start()
+
+    def _read(self) -> None:
+        with suppress(RuntimeError):  # the loop has been closed
+            with suppress(EOFError, OSError):
+                while True:
+                    self._put(self._pipe.recv_bytes())
+            self._loop.call_soon_threadsafe(self._arrived, None)
+        self._pipe.close()
+
+    def _put(self, message: bytes) -> None:
+        with self._lock:
+            was_empty = not self._messages
+            if message.startswith(_STATE) and not was_empty and self._messages[-1].startswith(_STATE):
+                self._messages[-1] = message
+            else:
+                self._messages.append(message)
+        if was_empty:
+            self._loop.call_soon_threadsafe(self._deliver)
+
+    def _deliver(self) -> None:
+        with self._lock:
+            messages, self._messages = self._messages, []
+        self._arrived(messages)
+
 
 MOST_LINES = 1000  # [1] of the log that pages can still see
 MOST_WAITING = 8  # [1] commands that wait for the run

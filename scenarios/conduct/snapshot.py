@@ -5,11 +5,13 @@ All is in SI units, in the world frame; the page turns it into knots, compass co
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
@@ -18,11 +20,59 @@ from recordings.model import palette
 from recordings.model.exercise import BoomDescription
 from recordings.model.frame import Frame
 from recordings.model.words import CAUSE_IN_WORDS
-from scenarios.conduct.plan_view import as_text, oil_spots
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of, joint_name
+from scenarios.watch.oil_spots import AFLOAT, LOST, Spots, spots_of_slick
 from vessels.vessel import heading_of
+
+MOST_SPOTS = 20_000  # [1] that a page draws smoothly; the cells of particles grow until they are fewer
+CELL = 2.0  # [1] smallest width of a cell, in particle spacings
+
+
+def oil_spots(assembly: Assembly, frame: Frame) -> Spots:
+    """Return the oil afloat and ashore as spots (N, 5): x, y, radius and thickness [m], and fate.
+
+    The frame must be that of the communication point at which the run is now.
+    """
+    if assembly.slick is not None:
+        return spots_of_slick(assembly.slick.slick)
+    fluid = assembly.fluid
+    oils = [phase for name, phase in frame.phases.items() if name in assembly.description.oils]
+    if not oils:
+        return np.empty((0, 5), np.float32)
+    places = np.concatenate([oil.position for oil in oils])[:, :2].astype(np.float64)
+    ids = np.concatenate([oil.id for oil in oils])
+    gone = np.concatenate([*frame.lost.values(), np.empty(0, np.uint32)])
+    is_lost = np.isin(ids, gone)
+    cell, volume = CELL * assembly.description.particle_spacing, fluid.config.rest_volume
+    return np.concatenate(
+        [
+            spots_of_particles(places[~is_lost], volume, cell, AFLOAT),
+            spots_of_particles(places[is_lost], volume, cell, LOST),
+        ]
+    )
+
+
+def spots_of_particles(places: NDArray[np.float64], volume: float, cell: float, fate: int) -> Spots:
+    """Return one spot for each square cell [m] with oil in it, (N, 5); its thickness is the oil's volume over the cell's area.
+
+    places (M, 2) [m] of particles of `volume` [m3]. Cells are doubled until there are at most `MOST_SPOTS`.
+    """
+    while True:
+        cells, counts = np.unique(np.floor(places / cell).astype(np.int64), axis=0, return_counts=True)
+        if len(cells) <= MOST_SPOTS:
+            break
+        cell *= 2.0
+    shape = np.ones(len(cells))
+    columns = [(cells + 0.5) * cell, cell / np.sqrt(np.pi) * shape, counts * volume / cell**2, fate * shape]
+    return np.column_stack(columns).astype(np.float32)
+
+
+def as_text(array: NDArray[np.float32]) -> str:
+    """Return the bytes of spots (N, 5), little-endian float32, as base64."""
+    return base64.b64encode(np.ascontiguousarray(array, dtype="<f4").tobytes()).decode("ascii")
+
 
 GAUGES = ("tow_speed", "normal_speed_held", "gap_ratio", "oil_retained", "oil_lost", "oil_free", "skirt_angle")
 NORMAL_SPEEDS = (

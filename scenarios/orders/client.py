@@ -6,8 +6,7 @@ import socket
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.orders.messages import Kind, Refused, read_answer, request_line
-from scenarios.orders.run_card import LOOPBACK, RunCard, find_run
+from scenarios.orders.protocol import LOOPBACK, Kind, Refused, RunCard, find_run, read_answer, request_line
 from scenarios.problems import Problem, ScenarioError
 
 PATIENCE = 60.0  # [s]; a step of a large run may take long

@@ -15,8 +15,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from scenarios.orders.messages import LONGEST, Refused, Request, read_request, refusal_line, too_long
-from scenarios.orders.run_card import LOOPBACK, RunCard, new_socket_path, posted, runtime_folder
+from scenarios.orders.protocol import (
+    LONGEST,
+    LOOPBACK,
+    Refused,
+    Request,
+    RunCard,
+    new_socket_path,
+    posted,
+    read_request,
+    refusal_line,
+    runtime_folder,
+    too_long,
+)
 from scenarios.problems import Problem
 
 MOST_SENDERS = 16

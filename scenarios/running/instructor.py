@@ -12,7 +12,7 @@ from scenarios.problems import Problem, ScenarioError
 if TYPE_CHECKING:
     from coupling.master.co_simulation import CoSimulation
     from scenarios.orders.desk import OrderDesk
-    from scenarios.orders.messages import Request
+    from scenarios.orders.protocol import Request
     from scenarios.running.pace import Pace
 
 GLANCE = 0.1  # [s] between looks at whether a paused run is to stop

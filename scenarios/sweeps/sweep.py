@@ -104,8 +104,7 @@ def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
     write_parquet(outcomes, folder / "sweep.parquet")
     told = f"table of all figures: {folder / 'sweep.csv'}, and as Parquet"
     if differing([outcome.figures() for outcome in outcomes]):
-        from scenarios.sweeps.chart import draw_sweep
-        from scenarios.sweeps.loss_map import draw_loss_map
+        from scenarios.sweeps.charts import draw_loss_map, draw_sweep
 
         draw_sweep(outcomes, folder / "sweep.png")
         if len(outcomes) <= MOST_SHOWN:

@@ -1,20 +1,70 @@
-"""The runs of a sweep: a scenario with every combination of the values that some of its entries take."""
+"""The runs of a sweep: every combination of the values that some entries take, or a sample of the ranges of some."""
 
 from __future__ import annotations
 
 import hashlib
 import itertools
 import json
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+
+import numpy as np
+from scipy.stats import qmc
 
 from scenarios.load import load_scenario
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.plan import Plan
 from scenarios.text.toml import read_toml
+
+Method = Literal["latin-hypercube", "monte-carlo"]
+METHODS: tuple[Method, ...] = ("latin-hypercube", "monte-carlo")
+_RANGE = "key=low:high, for example tow.speed_kn=0.3:0.9"
+_FIGURES = 6  # significant figures of a sampled value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Range:
+    """An entry of a scenario that takes every value from `low` to `high` with the same chance, in the unit of its key."""
+
+    key: str
+    low: float
+    high: float
+
+
+def parse_range(text: str) -> Range:
+    """Read ``tow.speed_kn=0.3:0.9``; ScenarioError for another text, or a range that is empty."""
+    key, _, span = text.partition("=")
+    low, _, high = span.partition(":")
+    try:
+        found = Range(key=key.strip(), low=float(low), high=float(high))
+    except ValueError:
+        found = None
+    if found is None or not found.key or not (math.isfinite(found.low) and found.low < found.high < math.inf):
+        raise ScenarioError([Problem("--range", f"is {text!r}, allowed: {_RANGE}, low below high")], "oilsim")
+    return found
+
+
+def samples(ranges: Sequence[Range], count: int, method: Method, seed: int) -> list[dict[str, str]]:
+    """Draw `count` points of the box of the ranges, each as texts for ``--set``, by key.
+
+    A Latin hypercube (McKay, Beckman and Conover 1979) has one point in each of `count` equal slices of every range; Monte Carlo draws all
+    points independently. The same seed gives the same points.
+    """
+    generator = np.random.default_rng(seed)
+    if method == "latin-hypercube":
+        unit = qmc.LatinHypercube(d=len(ranges), rng=generator).random(count)
+    else:
+        unit = generator.random((count, len(ranges)))
+    low, high = (np.array([getattr(one, side) for one in ranges]) for side in ("low", "high"))
+    return [
+        {one.key: f"{value:.{_FIGURES}g}" for one, value in zip(ranges, point, strict=True)}
+        for point in low + unit * (high - low)
+    ]
+
 
 _ALLOWED = "key=value,value,... for example tow.speed_kn=0.3,0.5,0.7"
 _NAME_LETTERS = 80  # of a combination in a file's name

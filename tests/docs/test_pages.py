@@ -63,7 +63,11 @@ def script(path: Path) -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize(
+    "page",
+    [page for page in PAGES if page.name != "CHANGELOG.md"],  # which names what is gone
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
 def test_files_and_modules_exist(page: Path) -> None:
     missing = {name for name in names_in(page, FILE) if not (ROOT / name).exists()}
     missing |= {

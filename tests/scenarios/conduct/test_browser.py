@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.conduct.viewer_files import other_origin
+from scenarios.conduct.server import other_origin
 from tests.scenarios.conduct.browsers import CHROMIUM, browser
 from tests.scenarios.conduct.consoles import TOW, Console, console
 

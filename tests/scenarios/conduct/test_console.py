@@ -17,8 +17,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from recordings.replay.recording import Replay
 from scenarios.conduct.commands import LONGEST
-from scenarios.conduct.server import CLOSED_MANY, CLOSED_TOKEN, MOST_PAGES
-from scenarios.conduct.viewer_files import other_origin
+from scenarios.conduct.server import CLOSED_MANY, CLOSED_TOKEN, MOST_PAGES, other_origin
 from scenarios.running.verify import verify
 from tests.fuzz.console import attacked, faults
 from tests.scenarios.conduct.consoles import TOW, Console, console

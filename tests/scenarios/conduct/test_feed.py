@@ -9,8 +9,7 @@ from multiprocessing import Pipe
 from typing import Any
 
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.conduct.console_feed import ConsoleFeed
-from scenarios.conduct.latest import LatestSender
+from scenarios.conduct.console_feed import ConsoleFeed, LatestSender
 from scenarios.load import scenario_from
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from scenarios.conduct.access import MOST_FAILURES, Access, Role
 from scenarios.conduct.commands import LONGEST, read_command, read_message
+from scenarios.conduct.console_feed import LatestSender
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
-from scenarios.conduct.latest import LatestSender
-from scenarios.conduct.plan_view import LOST, MOST_SPOTS, spots_of_particles
-from scenarios.conduct.viewer_files import other_origin, policy
+from scenarios.conduct.server import other_origin, policy
+from scenarios.conduct.snapshot import LOST, MOST_SPOTS, spots_of_particles
 from scenarios.problems import ScenarioError
 
 JSON = st.recursive(

@@ -15,7 +15,7 @@ import pytest
 from scenarios.load import scenario_from
 from scenarios.orders.client import Answer, ask
 from scenarios.orders.desk import OrderDesk, open_desk
-from scenarios.orders.messages import Kind
+from scenarios.orders.protocol import Kind
 from scenarios.running.assembly import build
 from scenarios.running.instructor import Instructor
 from scenarios.running.plan import Plan

@@ -22,8 +22,7 @@ from recordings.replay.recording import Replay
 from scenarios.cli import main
 from scenarios.load import load_scenario, scenario_from
 from scenarios.orders.client import NoAnswerError, go_on, order, pause
-from scenarios.orders.messages import LONGEST, request_line
-from scenarios.orders.run_card import RunCard, find_run, new_socket_path, posted, runtime_folder
+from scenarios.orders.protocol import LONGEST, RunCard, find_run, new_socket_path, posted, request_line, runtime_folder
 from scenarios.problems import ScenarioError
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.pace import GLANCE, MOST_BEHIND, Pace

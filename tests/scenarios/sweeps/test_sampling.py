@@ -11,12 +11,18 @@ import pytest
 
 from scenarios.cli import main
 from scenarios.problems import ScenarioError
-from scenarios.sweeps.chart import _rank_correlation, draw_sweep, drawn_figures, lines_of
-from scenarios.sweeps.loss_map import draw_loss_map, lost_share
+from scenarios.sweeps.charts import (
+    _rank_correlation,
+    draw_loss_map,
+    draw_sweep,
+    drawn_figures,
+    entry_in_words,
+    figure_in_words,
+    lines_of,
+    lost_share,
+)
 from scenarios.sweeps.results import Outcome, write_parquet
-from scenarios.sweeps.sampling import Range, parse_range, samples
-from scenarios.sweeps.variants import Variation, parse_variation, variants
-from scenarios.sweeps.words import entry_in_words, figure_in_words
+from scenarios.sweeps.variants import Range, Variation, parse_range, parse_variation, samples, variants
 
 SPEED, DENSITY = Range(key="tow.speed_kn", low=0.2, high=0.9), Range(key="phases.oil.density", low=840.0, high=960.0)
 

@@ -1,4 +1,4 @@
-"""`oilsim build-fmu`: build an FMU from the source of a model."""
+"""`oilsim build-fmu | export-fmu | signals`: models and exercises as FMUs, and the signals that connect them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Literal
 
+from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import require_apart
@@ -14,7 +15,7 @@ from scenarios.running.output_paths import require_apart
 STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s], the default experiment of the FMU
 
 
-def register(commands: argparse._SubParsersAction) -> None:
+def register_build(commands: argparse._SubParsersAction) -> None:
     """Add the subcommand's parser to `commands`."""
     parser = commands.add_parser("build-fmu", help="build an FMU from a model, a Python class")
     parser.add_argument(
@@ -79,3 +80,61 @@ def _source(model: str) -> Path:
     if re.search(r"\.py$", model) and path.is_file():
         return path
     raise ScenarioError([Problem(f"model {model!r}", "is no Python file, allowed: a .py file")], "oilsim")
+
+
+def register_export(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser(
+        "export-fmu", help="write a whole exercise as an FMU that other co-simulation programs can run"
+    )
+    add_scenario(parser)
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="FMU to write (default: NAME.fmu)")
+    add_version(parser)
+    parser.set_defaults(command=_export)
+
+
+def _export(options: argparse.Namespace) -> int:
+    from coupling.fmu.export import FmuExportError, export_fmu
+    from scenarios.load import load_scenario
+    from scenarios.running.exercise_fmu import exercise_content, exercise_signals
+    from scenarios.running.plan import Plan
+
+    loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
+    output = options.output or Path(f"{loaded.scenario.name}.fmu")
+    require_folder(output, "--output")
+    require_apart({"the scenario": loaded.path} | Plan(scenario=loaded.scenario).files, {"--output": output})
+    try:
+        export_fmu(exercise_content(loaded.scenario), output, options.fmi)
+    except FmuExportError as error:
+        raise ScenarioError(
+            [Problem(loaded.scenario.name, f"cannot be exported as an FMU: {error}")], "oilsim"
+        ) from error
+    signals = exercise_signals(loaded.scenario).values()
+    taken = [signal.name for signal in signals if signal.is_input]
+    print(f"{output}: {loaded.scenario.name}, FMI {options.fmi}, {len(signals) - len(taken)} outputs")
+    print(f"inputs: {', '.join(taken) or 'none'}")
+    return DONE
+
+
+def register_signals(commands: argparse._SubParsersAction) -> None:
+    """Add the subcommand's parser to `commands`."""
+    parser = commands.add_parser("signals", help="list the signals of a scenario: its inputs and outputs for FMUs")
+    add_scenario(parser)
+    parser.set_defaults(command=_signals)
+
+
+def _signals(options: argparse.Namespace) -> int:
+    from rich.table import Table
+
+    from scenarios.load import load_scenario
+    from scenarios.signals.signal_table import signals_of
+    from scenarios.text.terminal import terminal
+
+    scenario = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo).scenario
+    table = Table("signal", "unit", "direction")
+    for signal in signals_of(scenario).values():
+        table.add_row(
+            signal.name, signal.unit, f"input, {signal.start:g} at the start" if signal.is_input else "output"
+        )
+    terminal().print(table)
+    return DONE

@@ -1,1 +1,0 @@
-"""Subcommands that show what a scenario may name: oils and booms."""
