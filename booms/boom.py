@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from booms.fast_water.net import Net
 from booms.fast_water.pocket import Pocket
-from oilsim.physical_constants import SEA_WATER_DENSITY
-from oilsim.quantity import quantity, quantity_of, require
+from oilsim.core.physical_constants import SEA_WATER_DENSITY
+from oilsim.core.quantity import quantity, quantity_of, require
 
 Array = NDArray[np.float64]
 FloatShape = Literal["cylinder", "box"]

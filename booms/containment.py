@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT
-from oilsim.physical_constants import HOUR, NAUTICAL_MILE
+from oilsim.core.physical_constants import HOUR, NAUTICAL_MILE
 from oilsim.slick.loss_cause import CAUSES, LossCause
 
 Array = NDArray[np.float64]

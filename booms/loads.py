@@ -14,9 +14,9 @@ import numpy as np
 
 from booms.boom import Boom
 from booms.segments import BoomSegment
+from oilsim.core.physical_constants import AIR_DENSITY, GRAVITY, KNOT, STANDARD_GRAVITY
 from oilsim.loads.load_model import LoadModel, Part, Station
 from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
-from oilsim.physical_constants import AIR_DENSITY, GRAVITY, KNOT, STANDARD_GRAVITY
 
 # [kgf/(m2 kn2)] force of water on a skirt; paper (US Navy Ship Salvage Manual, volume 6, appendix E)
 NAVY_RULE = 26.0

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.deployment import BoomLayout
+from oilsim.core.physical_constants import GRAVITY
 from oilsim.loads.load_model import LoadModel
 from oilsim.loads.morison import BodyLoads, FloatingBodies
-from oilsim.physical_constants import GRAVITY
 from oilsim.sea import Sea
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.physical_constants import GRAVITY, KNOT, STANDARD_GRAVITY
+from oilsim.core.physical_constants import GRAVITY, KNOT, STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
 

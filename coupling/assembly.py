@@ -29,7 +29,7 @@ from coupling.participants.rigid_bodies import Asked, RigidBodyParticipant
 from coupling.pybullet_world.client_links import ClientLinks
 from coupling.pybullet_world.links import LinkKey
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.solver import Fluid
+from oilsim import Fluid
 
 FLUID, BODIES = "fluid", "bodies"
 MOTION = ("pose", "twist")  # of a body, as any scheme needs it

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.units import Unit, read_unit
-from oilsim.quantity import Quantity
+from oilsim.core.quantity import Quantity
 
 Array = npt.NDArray[np.float64]
 

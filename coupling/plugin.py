@@ -40,9 +40,8 @@ from coupling.pybullet_world.shapes import given_solid, link_mesh, link_pose
 from coupling.solids.signed_distance import Box
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
-from oilsim.advance_report import AdvanceReport
-from oilsim.phases import RIGHT_ANGLE
-from oilsim.solver import Fluid
+from oilsim import AdvanceReport, Fluid
+from oilsim.core.phases import RIGHT_ANGLE
 
 Array = npt.NDArray[np.float64]
 
@@ -53,13 +52,13 @@ JUMP = 0.5  # spacings: a link that moves this much further in a step than its v
 class FluidWorld:
     """A pybullet client with a fluid in it; create it by `attach_fluid`.
 
-    Raises TypeError for a fluid that is no `oilsim.solver.Fluid` and for a client that is no number, ValueError for a fluid of two
+    Raises TypeError for a fluid that is no `oilsim.Fluid` and for a client that is no number, ValueError for a fluid of two
     dimensions or in another world, and for a client that is not connected.
     """
 
     def __init__(self, client: int, fluid: Fluid) -> None:
         if not isinstance(fluid, Fluid):
-            raise TypeError(f"fluid is {fluid!r}, allowed: an oilsim.solver.Fluid")
+            raise TypeError(f"fluid is {fluid!r}, allowed: an oilsim.fluid.fluid.Fluid")
         if fluid.config.dimension != 3:
             raise ValueError(f"fluid has {fluid.config.dimension} dimensions, allowed: 3, as the bodies of pybullet")
         self.fluid = fluid

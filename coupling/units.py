@@ -16,7 +16,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
-from oilsim.physical_constants import DEGREE, KNOT, NAUTICAL_MILE
+from oilsim.core.physical_constants import DEGREE, KNOT, NAUTICAL_MILE
 
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 Exponents = tuple[int, int, int, int, int, int, int, int]

@@ -16,8 +16,8 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.physical_constants import AIR_DENSITY, GRAVITY
-from oilsim.quantity import LimitedAttributes, Quantity, is_number, quantity, require
+from oilsim.core.physical_constants import AIR_DENSITY, GRAVITY
+from oilsim.core.quantity import LimitedAttributes, Quantity, is_number, quantity, require
 
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]

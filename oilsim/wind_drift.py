@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.core.physical_constants import AIR_DENSITY
 from oilsim.forcing import ForcingView, Wind, heading
-from oilsim.physical_constants import AIR_DENSITY
 
 # [1] drift of the surface / the wind at 10 m; paper; 2 % by shear, 0.53 u* (Wu 1975), and 1 % Stokes drift of the waves
 SURFACE_DRIFT = 0.03

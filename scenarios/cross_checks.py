@@ -12,9 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from oilsim.config import FURTHEST, longest_time_step
-from oilsim.phases import EXPLICIT_UP_TO, RIGHT_ANGLE
-from oilsim.quantity import SHORTEST_DIRECTION
+from oilsim.core.config import FURTHEST, longest_time_step
+from oilsim.core.phases import EXPLICIT_UP_TO, RIGHT_ANGLE
+from oilsim.core.quantity import SHORTEST_DIRECTION
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems

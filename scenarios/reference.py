@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
-from oilsim.quantity import quantities
+from oilsim.core.quantity import quantities
 from scenarios.schema import (
     bodies,
     boom_parts,

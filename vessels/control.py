@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, checked_values, variable_table
+from oilsim.core.quantity import Quantity, quantities, quantity, quantity_of, require
 from oilsim.forcing import Wind
-from oilsim.quantity import Quantity, quantities, quantity, quantity_of, require
 from vessels.course import Course, CourseLeg, wrap_angle
 from vessels.vessel import ControlGains, Vessel, moved_by, planar_motion
 

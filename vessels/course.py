@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 
 
 @dataclass(frozen=True, kw_only=True)

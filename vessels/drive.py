@@ -22,7 +22,7 @@ from copy import copy
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 
 # [1] wake fraction, thrust at rest over pitch ratio, advance without thrust over pitch ratio; paper (van Lammeren et al. 1969, B-4.55)
 WAKE, THRUST_AT_REST, FREE_ADVANCE = 0.2, 0.44, 1.1

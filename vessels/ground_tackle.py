@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
-from oilsim.physical_constants import GRAVITY
-from oilsim.quantity import quantity, require
+from oilsim.core.physical_constants import GRAVITY
+from oilsim.core.quantity import quantity, require
 
 Ground = Literal["sand", "mud", "clay", "rock"]
 AnchorKind = Literal["fluke", "stockless", "weight", "fixed"]

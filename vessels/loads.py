@@ -16,9 +16,9 @@ import trimesh
 from numpy.typing import NDArray
 
 from coupling.solids.hydrostatics import hydrostatics
+from oilsim.core.physical_constants import GRAVITY
 from oilsim.loads.load_model import LoadModel, Part, Station
 from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
-from oilsim.physical_constants import GRAVITY
 from vessels.hull import Hull
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.participant import Status, StepResult, Variable, checked_value, checked_values, variable_table
-from oilsim.quantity import Quantity
+from oilsim.core.quantity import Quantity
 from vessels.control import control_variables, no_current
 from vessels.vessel import Vessel, moved_by, planar_motion
 

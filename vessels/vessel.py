@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.physical_constants import AIR_DENSITY
-from oilsim.quantity import quantity, require
+from oilsim.core.physical_constants import AIR_DENSITY
+from oilsim.core.quantity import quantity, require
 from vessels.course import Course
 
 if TYPE_CHECKING:  # a scenario's limits are read from these classes without the meshes of hulls

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 
 # [1] fullest form that is taken; paper (Holtrop and Mennen 1982, range of the data); prismatic and waterplane coefficient
 FULLEST, FULLEST_WATERPLANE = 0.85, 0.92

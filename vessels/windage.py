@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from coupling.rigid.rotations import rotation_matrices
-from oilsim.physical_constants import AIR_DENSITY
+from oilsim.core.physical_constants import AIR_DENSITY
 
 Array = NDArray[np.float64]
 DRAG_COEFFICIENT = (

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 
 # [-] loss of speed behind a net over its drag coefficient; measured (Loeland 1991)
 WAKE = 0.46

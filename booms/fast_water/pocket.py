@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 
 Array = NDArray[np.float64]
 

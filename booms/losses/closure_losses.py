@@ -30,8 +30,8 @@ from booms.losses.strips import segments_ahead, standing_share
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from booms.losses.ways import UNDER_FOOT, WAYS
 from booms.scores import PLANING_ANGLE
+from oilsim import Fluid
 from oilsim.slick.loss_cause import LossCause
-from oilsim.solver import Fluid
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from oilsim.physical_constants import GRAVITY
-from oilsim.quantity import quantity, quantity_of, require
+from oilsim.core.physical_constants import GRAVITY
+from oilsim.core.quantity import quantity, quantity_of, require
 from oilsim.slick.oil import Oil
 
 # [N/m] of fresh crude on sea water, if nothing else is given; assumed: measured values of crudes lie between 0.015 and 0.030

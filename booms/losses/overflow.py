@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from booms.losses.seepage import seepage_rate
 from booms.losses.slick import boom_thickness
 from booms.losses.ways import UNDER_FOOT
 from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 from oilsim.slick.loss_cause import LossCause
 
 Array = NDArray[np.float64]

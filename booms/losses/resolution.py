@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 
 # [-] spacings of draft; measured: suction factors of runs with 16 are those of finer ones
 DRAFT_SPACINGS = 16.0

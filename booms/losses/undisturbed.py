@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, nearest_image
+from oilsim import Fluid
 from oilsim.forcing import AiryWaves, Current, heading
-from oilsim.solver import Fluid
 
 Array = NDArray[np.float64]
 

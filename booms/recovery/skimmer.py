@@ -13,8 +13,8 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from booms.recovery.planning import daily_capacity
-from oilsim.physical_constants import GRAVITY, SEA_WATER_DENSITY
-from oilsim.quantity import quantity, require
+from oilsim.core.physical_constants import GRAVITY, SEA_WATER_DENSITY
+from oilsim.core.quantity import quantity, require
 
 SkimmerKind = Literal["weir", "brush", "disc"]
 USUAL_EFFICIENCY: dict[str, tuple[float, float]] = {"weir": (0.75, 0.35), "brush": (0.75, 0.75), "disc": (0.75, 0.85)}

@@ -35,7 +35,7 @@ from coupling.master.algorithms import Steppers, transfer
 from coupling.master.connection import Link
 from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
 from coupling.solids.added_mass import stability_number
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 
 __all__ = ["Aitken", "BodyExchange", "BodyInterface", "QuasiNewton", "Scheme"]
 

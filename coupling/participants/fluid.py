@@ -17,9 +17,8 @@ import numpy.typing as npt
 from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
 from coupling.participants.step_size import same_step
 from coupling.solids.added_mass import added_mass
-from oilsim.advance_report import AdvanceReport
+from oilsim import AdvanceReport, Fluid, FluidError
 from oilsim.boundaries.walls import rotation_matrix
-from oilsim.solver import Fluid, FluidError
 
 Array = npt.NDArray[np.float64]
 

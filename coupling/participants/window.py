@@ -29,11 +29,9 @@ from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.environment import Environment
 from coupling.solids.added_mass import added_mass
 from coupling.solids.signed_distance import SignedDistance
-from oilsim.boundaries.boundary_particles import BoundaryParticles
+from oilsim import BoundaryParticles, FluidError, block
 from oilsim.boundaries.walls import rotation_matrix
-from oilsim.initial_conditions import block
-from oilsim.physical_constants import GRAVITY
-from oilsim.solver import FluidError
+from oilsim.core.physical_constants import GRAVITY
 from oilsim.window.local_motion import LocalMotion, gauss_points, local_motion
 from oilsim.window.window import Window
 

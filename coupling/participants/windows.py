@@ -16,7 +16,7 @@ import numpy.typing as npt
 from coupling.participant import Status, StepResult
 from coupling.participants.fluid import FluidParticipant
 from coupling.participants.window import SMOOTH, WindowParticipant
-from oilsim.advance_report import AdvanceReport
+from oilsim import AdvanceReport
 from oilsim.window.window import Window
 
 Array = npt.NDArray[np.float64]

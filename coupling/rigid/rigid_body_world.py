@@ -25,8 +25,8 @@ from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, Motion, Pr
 from coupling.rigid.rigging import Rigging
 from coupling.rigid.rigid_state import pose_of, twist_of
 from coupling.rigid.step_length import CHOSEN_FOR, step_rate
-from oilsim.checks import finite
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
+from oilsim.fluid.checks import finite
 
 Array = npt.NDArray[np.float64]
 

@@ -19,8 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles
-from oilsim.initial_conditions import block
+from oilsim import BoundaryParticles, block
 
 Array = npt.NDArray[np.float64]
 

@@ -27,8 +27,8 @@ from coupling.solids.signed_distance import Box, SignedDistance
 from coupling.solids.solid_mesh import told_solid
 from coupling.solids.thin_parts import HELD, TIGHT, middle_plane, plate_normals, thinnest_plate
 from coupling.solids.voronoi_shells import STEP, Shells
-from oilsim.boundaries.boundary_particles import BoundaryParticles
-from oilsim.phases import RIGHT_ANGLE
+from oilsim import BoundaryParticles
+from oilsim.core.phases import RIGHT_ANGLE
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]

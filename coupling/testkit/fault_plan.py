@@ -11,7 +11,7 @@ from coupling.observer import Observer
 from coupling.participant import Array, Participant, Status, StepResult, Variable
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.testkit.faults import Fault, FaultyObserver, FaultyParticipant, require_fault
-from oilsim.checks import finite
+from oilsim.fluid.checks import finite
 
 ON_PURPOSE = "fault on purpose"  # how the text of a planned fault's event begins
 

@@ -21,7 +21,7 @@ from coupling.participant import (
     StepResult,
     Variable,
 )
-from oilsim.checks import finite
+from oilsim.fluid.checks import finite
 from recordings.files.errors import RecordingError
 from recordings.model.frame import Event, Frame, RunDescription
 

@@ -10,7 +10,7 @@ import trimesh
 
 from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from recordings.model.frame import BodyFrame, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
 
 Array = npt.NDArray[np.float64]

@@ -14,11 +14,7 @@ from coupling.solids.signed_distance import SignedDistance
 from coupling.testkit.readings import Basin
 from coupling.testkit.scene import CLEARANCE
 from coupling.testkit.tanks import MARGIN, WATER
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 
 
 def pool(

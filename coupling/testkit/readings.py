@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from coupling.solids.hydrostatics import hydrostatics
 from coupling.testkit.history import BodyTrack, History, Track
 from coupling.testkit.verdict import Context
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from recordings.model.frame import RunDescription
 
 Array = npt.NDArray[np.float64]

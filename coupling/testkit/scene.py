@@ -31,11 +31,8 @@ from coupling.testkit.fault_plan import FaultPlan
 from coupling.testkit.frames import SceneFrames, describe, turnover, with_particles
 from coupling.testkit.history import History
 from coupling.testkit.readings import Basin, Live, Readings, history_readings, placed, still_level
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.checks import finite
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, block, tank_walls
+from oilsim.fluid.checks import finite
 from recordings.model.frame import Frame
 
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start

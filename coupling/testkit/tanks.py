@@ -12,10 +12,9 @@ from coupling.master.co_simulation import CoSimulation
 from coupling.rigid.prescribed_motion import OscillatingMotion, Vector
 from coupling.testkit.readings import Basin
 from coupling.testkit.scene import STEP, Scene
-from oilsim.checks import finite
-from oilsim.config import FluidConfig
+from oilsim import FluidConfig, Phase
+from oilsim.fluid.checks import finite
 from oilsim.forcing import wave_number
-from oilsim.phases import Phase
 
 WATER = Phase(name="water", rest_density=1000.0)
 MARGIN = 4.0  # spacings of the domain beyond the walls

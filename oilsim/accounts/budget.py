@@ -24,9 +24,9 @@ from oilsim.accounts.ledger import CAUSES, Change, Compression, Ledger
 from oilsim.backend.jit import FAST
 from oilsim.backend.thread_team import BLOCK, Team, block_count
 from oilsim.boundaries.walls import Walls
-from oilsim.config import FluidConfig
+from oilsim.core.config import FluidConfig
+from oilsim.core.state import FluidState, places_of
 from oilsim.gradients.relaxation_time import squared_shear_rate
-from oilsim.state import FluidState, places_of
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.config import FluidConfig
-from oilsim.state import FluidState
+from oilsim.core.config import FluidConfig
+from oilsim.core.state import FluidState
 
 
 class Energy(NamedTuple):

@@ -19,9 +19,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from oilsim.core.phases import Wetting
+from oilsim.core.quantity import quantity_of, require
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
-from oilsim.phases import Wetting
-from oilsim.quantity import quantity_of, require
 
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
 # [1] layers of wall particles; theory; they fill the support of 2.75 spacings

@@ -34,9 +34,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.wrenches import add_force_at
+from oilsim.core.physical_constants import AIR_DENSITY
 from oilsim.loads.load_model import LoadModel, StackedParts, StackedStations, stacked_parts, stacked_stations
 from oilsim.loads.wetted_volume import add_wetted_volume
-from oilsim.physical_constants import AIR_DENSITY
 from oilsim.sea import Sea
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 
 
 def heave_added_mass(density: float, beam: float) -> float:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from oilsim.backend.float32 import ONE, ZERO
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.thread_team import BLOCK, Team
-from oilsim.config import FluidConfig
+from oilsim.core.config import FluidConfig
 from oilsim.neighborhood.cell_grid import find_extent
 
 Real = NDArray[np.float32]

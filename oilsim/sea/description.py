@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from oilsim.physical_constants import GRAVITY, SEA_WATER_DENSITY
-from oilsim.quantity import quantity, require
+from oilsim.core.physical_constants import GRAVITY, SEA_WATER_DENSITY
+from oilsim.core.quantity import quantity, require
 from oilsim.sea.flows import Flow, FlowTable, SteadyFlow, TidalFlow
 from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves

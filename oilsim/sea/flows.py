@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from oilsim.core.quantity import quantity, require
 from oilsim.forcing import heading
-from oilsim.quantity import quantity, require
 
 Double = NDArray[np.float64]
 

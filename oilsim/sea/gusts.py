@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 
 Double = NDArray[np.float64]
 

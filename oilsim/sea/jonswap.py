@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 from oilsim.sea.directional_spread import direction_quantiles
 from oilsim.sea.dispersion_relation import steepest_height
 from oilsim.sea.flows import Flow

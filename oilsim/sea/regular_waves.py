@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oilsim.core.quantity import quantity, require
 from oilsim.forcing import heading, wave_number
-from oilsim.quantity import quantity, require
 from oilsim.sea.dispersion_relation import current_share, second_harmonic, steepest_height, wave_number_on_current
 from oilsim.sea.flows import Flow, SteadyFlow
 from oilsim.sea.wave_components import StillWater, WaveComponents

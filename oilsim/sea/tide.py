@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 from oilsim.sea.flows import LUNAR_TIDE
 
 

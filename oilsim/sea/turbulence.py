@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.quantity import Quantity, quantity, require
+from oilsim.core.quantity import Quantity, quantity, require
 
 Double = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.physical_constants import AIR_DENSITY
-from oilsim.quantity import quantity, require
+from oilsim.core.physical_constants import AIR_DENSITY
+from oilsim.core.quantity import quantity, require
 
 Double = NDArray[np.float64]
 

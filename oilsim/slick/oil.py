@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.physical_constants import SEA_WATER_DENSITY
-from oilsim.quantity import quantity, require
+from oilsim.core.physical_constants import SEA_WATER_DENSITY
+from oilsim.core.quantity import quantity, require
 from oilsim.slick.account import SlickAccount, take_account
 from oilsim.slick.barriers import Barrier, Barriers, Immersion
 from oilsim.slick.crossing import beside, first_crossings, moving_sweep, resting_sweep

@@ -26,7 +26,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST
-from oilsim.state import FluidState
+from oilsim.core.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 
@@ -105,8 +105,8 @@ class MomentumProjection:
         self._lost += before - self._present()
 
     def project(self) -> None:
-        """Give the liquid the momentum back that it has lost, as a rigid motion."""
-        if not self._acts:
+        """Give the liquid the momentum back that it has lost, as a rigid motion; nothing where values are not finite, which ends a run."""
+        if not (self._acts and np.isfinite(self._sums).all()):
             return
         with self._tools.stage("rotation"):
             mass, shift = self._sums[0], self._sums[1:4] / self._sums[0]

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.walls import Walls
+from oilsim.core.state import FluidState
 from oilsim.neighborhood.neighbor_search import CellOrder, NeighborSearch, Pairs, Sorted
-from oilsim.state import FluidState
 
 
 class NeighborLists:

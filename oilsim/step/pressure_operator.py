@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, load, store
+from oilsim.core.state import Confinement, FluidState
 from oilsim.neighborhood.neighbor_search import indices, mark_around
 from oilsim.pressure.bounded_solver import Index, System
 from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, velocity_divergence
 from oilsim.pressure.rest_pressure import RestPressure
 from oilsim.pressure.rigid_response import RigidResponse, extend_jacobians, sum_reach
-from oilsim.state import Confinement, FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 

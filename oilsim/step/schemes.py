@@ -25,8 +25,8 @@ flight in pieces (see `Fluid.advance`).
 
 from __future__ import annotations
 
+from oilsim.core.state import FluidState
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver
-from oilsim.state import FluidState
 from oilsim.step.momentum_projection import MomentumProjection
 from oilsim.step.stages.adhesion import apply_adhesion
 from oilsim.step.stages.contact import apply_wall_contact
@@ -40,8 +40,7 @@ from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.sleep import part_sleepers
 from oilsim.step.stages.tension import apply_tension
 from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity
-from oilsim.step.step_arrays import StepArrays
-from oilsim.step.step_result import StepResult
+from oilsim.step.step_arrays import StepArrays, StepResult
 from oilsim.step.step_tools import StepTools
 
 

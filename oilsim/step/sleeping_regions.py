@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import FAST
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.walls import Walls
-from oilsim.config import FluidConfig
+from oilsim.core.config import FluidConfig
+from oilsim.core.state import FluidState
 from oilsim.neighborhood.cell_grid import count_sort
-from oilsim.state import FluidState
 
 Flags = NDArray[np.bool_]
 

@@ -17,7 +17,8 @@ from oilsim.boundaries.adhesion import adhesion_scale
 from oilsim.boundaries.boundary_particles import wall_coverage
 from oilsim.boundaries.wall_contact import DISTANCES, NEAREST, PLACES, drop_share
 from oilsim.boundaries.walls import Walls
-from oilsim.config import FluidConfig
+from oilsim.core.config import FluidConfig
+from oilsim.core.phases import least_pressure
 from oilsim.density.density_feedback import surface_table
 from oilsim.density.particle_shifting import SETTLING, shift_balance
 from oilsim.gradients.gradient_correction import exact_share, largest_stretch
@@ -26,7 +27,6 @@ from oilsim.gradients.shear_correction import STRETCH
 from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
 from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
-from oilsim.phases import least_pressure
 from oilsim.pressure.coarse_grid import CoarsePressure
 from oilsim.pressure.pressure_gradient import PressureConstants
 from oilsim.step.neighbor_lists import NeighborLists

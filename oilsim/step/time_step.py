@@ -41,11 +41,11 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather, load, only, positive, root, spread, summed
-from oilsim.config import swing_time_step
+from oilsim.core.config import swing_time_step
+from oilsim.core.state import FluidState
 from oilsim.neighborhood.neighbor_search import nearest_images, rows
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
 from oilsim.pressure.rest_pressure import rest_pressure
-from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 

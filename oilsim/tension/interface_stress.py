@@ -22,7 +22,7 @@ much the other way. At 90 degrees walls do not pull along themselves. Bodies rec
 
 The stress pulls along the interface. Where the pressure is less than |b|, at most sigma times `STEEPEST` / d, the sum of both is a pull,
 and particles draw together under a pull: the interface breaks up. So liquid that fills a box gets a pressure of at least that much
-(`oilsim.phases.least_pressure`), and under a free surface an interface must lie deeper than |b| / (rho g).
+(`oilsim.core.phases.least_pressure`), and under a free surface an interface must lie deeper than |b| / (rho g).
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from oilsim.config import SHORTEST_WAVE
-from oilsim.physical_constants import GRAVITY
-from oilsim.quantity import quantity, require
+from oilsim.core.config import SHORTEST_WAVE
+from oilsim.core.physical_constants import GRAVITY
+from oilsim.core.quantity import quantity, require
 
 # [1] steps in the period of the shortest wave that particles carry; theory; its period is then 1.4 % off, (omega dt)^2 / 24
 STEPS_A_PERIOD = 11.0

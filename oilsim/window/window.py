@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
+from oilsim.core.config import FluidConfig
+from oilsim.core.initial_conditions import block
+from oilsim.core.phases import Phase
+from oilsim.fluid.fluid import Fluid
 from oilsim.sea import Sea
-from oilsim.solver import Fluid
 from oilsim.window.rim import Rim
 from oilsim.window.sea_motion import SeaMotion
 from oilsim.window.settings import WindowSettings

@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from scipy.constants import degree
 
-from oilsim.physical_constants import HOUR, KNOT
+from oilsim.core.physical_constants import HOUR, KNOT
 
 INK = "#26323b"
 EDGE = "#6b7a86"  # round what is nearly white

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import rerun.blueprint as rrb
 from rerun.chunk import Chunk
 
-from oilsim.physical_constants import KNOT
+from oilsim.core.physical_constants import KNOT
 from recordings.files.errors import RecordingError
 from recordings.model import appearance, entity_paths
 from recordings.model.words import cause_in_words

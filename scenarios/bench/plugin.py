@@ -113,7 +113,7 @@ def pybullet_client(oilsim_bench: TestBench) -> Iterator[int]:
     import pybullet_data
 
     from coupling.pybullet_import import pybullet
-    from oilsim.physical_constants import GRAVITY
+    from oilsim.core.physical_constants import GRAVITY
 
     client = pybullet.connect(pybullet.DIRECT)
     pybullet.setAdditionalSearchPath(pybullet_data.getDataPath(), physicsClientId=client)

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from oilsim.physical_constants import POUND_FORCE
+from oilsim.core.physical_constants import POUND_FORCE
 from scenarios.exit_codes import DONE
 from scenarios.oils.properties import ZERO_CELSIUS
 

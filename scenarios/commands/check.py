@@ -63,7 +63,7 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from oilsim.config import longest_time_step
+    from oilsim.core.config import longest_time_step
     from scenarios.setup.cost import longest_step
 
     console.print(Text.assemble((scenario.name, "bold"), f": {scenario.title}"))

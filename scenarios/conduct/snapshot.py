@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
-from oilsim.physical_constants import KNOT
+from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.exercise import BoomDescription
 from recordings.model.frame import Frame

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
-from oilsim.physical_constants import KNOT
+from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.words import cause_in_words, force_in_words, force_unit
 from recordings.pictures.style import EDGE, unit_for

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from oilsim.physical_constants import KNOT
+from oilsim.core.physical_constants import KNOT
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.diagrams import empty_figure
 from scenarios.debrief.key_moments import KeyMoment

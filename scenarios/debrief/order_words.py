@@ -7,7 +7,7 @@ import shlex
 import tomllib
 from collections.abc import Callable, Mapping
 
-from oilsim.physical_constants import KNOT
+from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words, levers_in_words, three_figures, volume_in_words
 from scenarios.schema.parsing.structuring import COMPASS, SUFFIXES
 

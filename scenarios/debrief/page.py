@@ -22,7 +22,7 @@ from booms.containment import PRACTICE_SPEED
 from booms.losses.drainage import suction_limit
 from booms.losses.liquids import OilOnWater
 from booms.scores import catenary_parameter, skirt_drag_coefficient, tow_force
-from oilsim.physical_constants import KNOT
+from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.exercise import BoomDescription
 from recordings.model.words import cause_in_words, force_in_words, three_figures, volume_in_words

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from oilsim.physical_constants import HOUR
+from oilsim.core.physical_constants import HOUR
 from recordings.model.words import three_figures
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.diagrams import HELD_COLOR, empty_figure, finish, line_color, volume_unit

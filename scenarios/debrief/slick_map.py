@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ignore[import-untyped]
 
-from oilsim.physical_constants import KNOT
+from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.entity_paths import VESSELS, body_group
 from recordings.model.exercise import BoomDescription

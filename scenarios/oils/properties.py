@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from oilsim.physical_constants import SEA_WATER_DENSITY
+from oilsim.core.physical_constants import SEA_WATER_DENSITY
 
 ZERO_CELSIUS = 273.15  # [K]
 EXPANSION = 0.8  # [kg/m3 a degree] of an oil measured at one temperature; crudes expand by 0.0007 to 0.0009 a degree

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.emitter import PipeEmitter
+from oilsim import PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly

@@ -24,10 +24,9 @@ from coupling.observer import Observer
 from coupling.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.advance_report import AdvanceReport
+from oilsim import AdvanceReport, Fluid
+from oilsim.fluid.views import JointReadings
 from oilsim.forcing import Current
-from oilsim.joint_readings import JointReadings
-from oilsim.solver import Fluid
 from recordings.model.frame import RunDescription
 from scenarios.problems import problems_of
 from scenarios.running.winches import Winches

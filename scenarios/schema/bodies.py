@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import ClassVar
 
-from oilsim.phases import Wetting
-from oilsim.quantity import quantity, quantity_of
+from oilsim.core.phases import Wetting
+from oilsim.core.quantity import quantity, quantity_of
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector, directed, exactly_one
 from vessels.hull_size import HullSize

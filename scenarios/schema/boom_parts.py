@@ -7,7 +7,7 @@ from typing import Any
 
 from booms.fast_water.net import Net
 from booms.fast_water.pocket import Pocket
-from oilsim.quantity import quantity, quantity_of
+from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.parsing.quantity_fields import Section
 
 

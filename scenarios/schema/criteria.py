@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from oilsim.quantity import quantity
+from oilsim.core.quantity import quantity
 from scenarios.problems import Problem, suggestion, unknown
 from scenarios.schema.parsing.quantity_fields import Section
 

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Literal
 
 from booms.boom import BoomDesign
 from booms.catalog import catalogue
-from oilsim.quantity import quantity, quantity_of
+from oilsim.core.quantity import quantity, quantity_of
 from scenarios.problems import Problem, ScenarioError, unknown
 from scenarios.schema.bodies import crosses_itself
 from scenarios.schema.boom_parts import NetSettings, PocketSettings, ReelSettings, from_catalogue

@@ -9,7 +9,7 @@ from zlib import crc32
 
 import numpy as np
 
-from oilsim.quantity import quantity
+from oilsim.core.quantity import quantity
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section
 

@@ -1,6 +1,6 @@
 """The liquid of a scenario: how it is solved, its phases, its tank, where it starts and where it flows in.
 
-Settings that the fluid core takes as they are have its limits, units and defaults (`oilsim.quantity.quantity_of`).
+Settings that the fluid core takes as they are have its limits, units and defaults (`oilsim.core.quantity.quantity_of`).
 SI units, world frame with z up. A field in m/s may be written with the suffix ``_kn`` in a file, a field in rad with
 ``_deg``; the fields here hold SI values.
 """
@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
 from booms.losses.liquids import OilOnWater
-from oilsim.config import FluidConfig, contradictions
-from oilsim.emitter import PipeEmitter
-from oilsim.phases import Phase, Wetting
-from oilsim.quantity import quantity, quantity_of
+from oilsim import FluidConfig, Phase, PipeEmitter
+from oilsim.core.config import contradictions
+from oilsim.core.phases import Wetting
+from oilsim.core.quantity import quantity, quantity_of
 from scenarios.oils.library import fault_of, oil_named
 from scenarios.oils.properties import MOST_EVAPORATED, MOST_WATER
 from scenarios.problems import Problem

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from oilsim.quantity import quantity, quantity_of
+from oilsim.core.quantity import quantity, quantity_of
 from scenarios.problems import Problem, unknown
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.parsing.quantity_fields import Point2, Section, exactly_one

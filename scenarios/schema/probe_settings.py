@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from oilsim.quantity import quantity
+from oilsim.core.quantity import quantity
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from booms.recovery.skimmer import USUAL_EFFICIENCY, SkimmerDesign, SkimmerKind
-from oilsim.quantity import quantity, quantity_of
+from oilsim.core.quantity import quantity, quantity_of
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-from oilsim.quantity import quantity
+from oilsim.core.quantity import quantity
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section, Vector
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
-from oilsim.quantity import quantity, quantity_of
+from oilsim.core.quantity import quantity, quantity_of
 from oilsim.sea import (
     CurrentProfile,
     JonswapWaves,

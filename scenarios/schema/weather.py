@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from oilsim.core.quantity import quantity_of
 from oilsim.forcing import AiryWaves, Current, Wind, Zone, heading
-from oilsim.quantity import quantity_of
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section, Vector, above_lower
 

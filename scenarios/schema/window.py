@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from oilsim.quantity import quantity
+from oilsim.core.quantity import quantity
 from oilsim.window.settings import SOLVER_OPTIONS, WindowSettings
 from scenarios.problems import Problem
 from scenarios.schema.liquid import FluidSettings

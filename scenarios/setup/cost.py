@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from oilsim.config import longest_time_step
+from oilsim.core.config import longest_time_step
 from oilsim.window.settings import WindowSettings
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario

@@ -12,12 +12,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from coupling.solids.signed_distance import SignedDistance
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.emitter import HOLD, PipeEmitter
+from oilsim import Fluid, FluidConfig, Phase, PipeEmitter, tank_walls
+from oilsim.core.phases import weak_depth
+from oilsim.fluid.emitter import HOLD
 from oilsim.forcing import AiryWaves, Current, Forcing, Wind, Zone
-from oilsim.phases import Phase, weak_depth
-from oilsim.solver import Fluid
 from oilsim.wind_drift import WindDrift
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario

@@ -14,8 +14,8 @@ from coupling.assembly import CoupledBodies, couple_world
 from coupling.participants.rigid_bodies import Asked
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling
-from oilsim.joint_readings import JointReadings
-from oilsim.solver import Fluid
+from oilsim import Fluid
+from oilsim.fluid.views import JointReadings
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of

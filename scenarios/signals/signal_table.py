@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.quantity import Quantity, quantities
+from oilsim.core.quantity import Quantity, quantities
 from scenarios.schema.bodies import Body, Fixed
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.schema.moorings import MooringSettings, TieSettings
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
     from coupling.rigid.moorings.mooring_leg import MooringLeg
     from coupling.rigid.rigid_body_world import RigidBodyWorld
-    from oilsim.solver import Fluid
+    from oilsim import Fluid
     from vessels.control import VesselControl
     from vessels.manual import ManualControl
     from vessels.windage import WindOnBodies

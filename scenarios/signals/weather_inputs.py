@@ -12,7 +12,7 @@ from oilsim.forcing import AiryWaves, Current, Wind
 from scenarios.schema.weather import horizontal
 
 if TYPE_CHECKING:
-    from oilsim.solver import Fluid
+    from oilsim import Fluid
     from vessels.control import VesselControl
     from vessels.manual import ManualControl
     from vessels.windage import WindOnBodies

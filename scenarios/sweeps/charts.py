@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from oilsim.quantity import quantities
+from oilsim.core.quantity import quantities
 from recordings.pictures.style import INK, STYLE
 from scenarios.scenario import Scenario
 from scenarios.schema.parsing.structuring import COMPASS

@@ -17,9 +17,9 @@ from booms.deployment import BoomLayout
 from booms.losses.closure_losses import INTERVAL, ClosureLosses
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.physical_constants import KNOT
+from oilsim import Fluid
+from oilsim.core.physical_constants import KNOT
 from oilsim.slick.loss_cause import CAUSES
-from oilsim.solver import Fluid
 from recordings.model.frame import EventLevel
 from recordings.model.words import cause_in_words
 from recordings.replay.running_extremes import WORST

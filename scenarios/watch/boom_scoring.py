@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from booms.balance import OilBalance, balance, lost_ids
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.physical_constants import KNOT
-from oilsim.solver import Fluid
+from oilsim import Fluid
+from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words, levers_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.weather import horizontal

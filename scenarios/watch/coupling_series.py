@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 from coupling.master.exchange_ledger import ExchangeLedger
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.advance_report import AdvanceReport
-from oilsim.joint_readings import JointReadings
+from oilsim import AdvanceReport
+from oilsim.fluid.views import JointReadings
 
 Array = NDArray[np.float64]
 WallSeconds = Callable[[], Mapping[str, float]]

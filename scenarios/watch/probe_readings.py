@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from scenarios.schema.probe_settings import PressureProbe, Probe, VelocityProbe, WaveGauge
 
 Array = NDArray[np.float64]

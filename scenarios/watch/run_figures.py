@@ -5,8 +5,8 @@ from __future__ import annotations
 import time as wall_clock
 from collections.abc import Callable
 
-from oilsim.advance_report import AdvanceReport
-from oilsim.joint_readings import JointReadings
+from oilsim import AdvanceReport
+from oilsim.fluid.views import JointReadings
 
 
 class RunFigures:

@@ -7,8 +7,8 @@ from copy import deepcopy
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from oilsim import AdvanceReport
 from oilsim.accounts.ledger import Ledger, ledger_from
-from oilsim.advance_report import AdvanceReport
 
 _PLAIN = ("steps", "stage_seconds", "removed", "emitted", "iteration_sums", "error_sum", "largest_error")
 

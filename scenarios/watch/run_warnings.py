@@ -14,7 +14,7 @@ import numpy as np
 from coupling.rigid.lines import ElasticLine
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.advance_report import AdvanceReport
+from oilsim import AdvanceReport
 from recordings.model.frame import EventLevel
 from scenarios.scenario import Scenario
 from scenarios.setup.fill_lattice import misfits

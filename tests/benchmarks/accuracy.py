@@ -17,11 +17,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
 
 GRAVITY = 9.81
 STEP = 0.01

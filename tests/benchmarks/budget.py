@@ -20,7 +20,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from oilsim.step.step_tools import StepTools
 from tests.benchmarks.calm_spread import STEP, calm_spread
 

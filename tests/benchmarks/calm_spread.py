@@ -25,8 +25,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from oilsim.advance_report import AdvanceReport
-from oilsim.solver import Fluid
+from oilsim import AdvanceReport, Fluid
 from oilsim.step.stages import viscosity
 from scenarios.load import load_scenario
 from scenarios.setup.fluid import build_fluid, fill_positions

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from coupling.testing import pool as make_pool
-from oilsim.solver import Fluid
+from oilsim import Fluid
 
 
 def pool(spacing: float, side: float, depth: float, client: int = 0, bodies: tuple[int, ...] = ()) -> Fluid:

@@ -15,10 +15,7 @@ from coupling.plugin import FluidWorld, attach_fluid
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import boundary_particles
 from coupling.testing import Basin, Scene, WatchedWorld, assert_draft
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, tank_walls
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 

@@ -17,7 +17,7 @@ from coupling.participants.fluid import FluidParticipant
 from coupling.plugin import attach_fluid
 from coupling.pybullet_world.client_links import ClientLinks
 from coupling.pybullet_world.links import LinkedBody
-from oilsim.solver import FluidError
+from oilsim import FluidError
 from tests.coupling.pools import pool
 from tests.poison import Poison
 

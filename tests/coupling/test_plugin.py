@@ -16,10 +16,7 @@ from coupling import plugin
 from coupling.plugin import FluidWorld, attach_fluid
 from coupling.pybullet_world.shapes import link_mesh
 from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block
 from tests.coupling.pools import pool
 
 GRAVITY = 9.81

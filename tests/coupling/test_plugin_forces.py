@@ -7,7 +7,7 @@ import pybullet
 import pytest
 
 from coupling.plugin import attach_fluid
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from tests.coupling.pools import pool
 
 GRAVITY = 9.81

@@ -8,10 +8,7 @@ import pybullet
 import pytest
 
 from coupling.plugin import attach_fluid
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block
 
 
 @pytest.fixture
@@ -55,7 +52,7 @@ def test_a_state_is_what_was_saved(saved: object, client: int) -> None:
 
 
 def test_parts_of_a_fluid_are_what_they_should_be() -> None:
-    with pytest.raises(TypeError, match=r"config is \{\}, allowed: an oilsim.config.FluidConfig"):
+    with pytest.raises(TypeError, match=r"config is \{\}, allowed: an oilsim.FluidConfig"):
         Fluid({})  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="name is '', allowed: a text of one letter or more"):
         Phase(name="", rest_density=1000.0)

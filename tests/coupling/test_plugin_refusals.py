@@ -15,9 +15,7 @@ from coupling.bodies import box, mass_properties
 from coupling.plugin import FluidWorld, attach_fluid
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import sample_surface
-from oilsim.config import FluidConfig
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase
 from tests.coupling.pools import pool
 
 GRAVITY = 9.81

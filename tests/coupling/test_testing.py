@@ -23,8 +23,8 @@ from coupling.testing import (
     empty_space,
     tank,
 )
-from oilsim.phases import Phase
-from oilsim.physical_constants import GRAVITY
+from oilsim import Phase
+from oilsim.core.physical_constants import GRAVITY
 from tests.coupling.accumulator import Accumulator
 
 SPACING = 0.05

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from oilsim import Fluid, FluidConfig, Phase
 from oilsim.backend import thread_team
-from oilsim.config import FluidConfig
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
 from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.relaxation import relax_positions
 from oilsim.step.stages.search import search_neighbors

@@ -7,11 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.emitter import PipeEmitter
+from oilsim import BoundaryParticles, Phase, PipeEmitter, block, tank_walls
 from oilsim.forcing import AiryWaves, Current, Wind, Zone, wave_number
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
 from oilsim.step.stages.adhesion import apply_adhesion
 from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.search import search_neighbors

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
+from oilsim import Fluid, FluidConfig, Phase, tank_walls
 from oilsim.forcing import AiryWaves, ForcingView, Wind, Zone
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
 from oilsim.wind_drift import WindDrift, friction_velocity, wind_drift
 
 BREEZE = 10.0  # m/s

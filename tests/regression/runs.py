@@ -16,11 +16,7 @@ import pybullet
 import pybullet_data
 
 from coupling.plugin import attach_fluid
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build
 from scenarios.running.checkpoints import run_state_hash

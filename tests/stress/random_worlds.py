@@ -16,13 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from coupling.plugin import FluidWorld, attach_fluid
-from oilsim.advance_report import AdvanceReport
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
-from oilsim.views import Particles
+from oilsim import AdvanceReport, Fluid, FluidConfig, Phase, block, tank_walls
+from oilsim.fluid.views import Particles
 from tests.stress.random_bodies import DATA, REACH, drive, loose_body, placed
 from tests.stress.random_scenes import GRAVITY, LENGTH, Dice
 

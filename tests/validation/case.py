@@ -10,9 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim.advance_report import AdvanceReport
-from oilsim.config import FluidConfig
-from oilsim.solver import Fluid
+from oilsim import AdvanceReport, Fluid, FluidConfig
 
 Double = NDArray[np.float64]
 

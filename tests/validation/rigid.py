@@ -14,11 +14,7 @@ from coupling.bodies import mass_properties
 from coupling.solids.hydrostatics import waterline_for_volume
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import boundary_particles
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import BoundaryParticles, Fluid, FluidConfig, Phase, block, tank_walls
 from tests.validation.case import Bench
 from tests.validation.scenes import GRAVITY
 

@@ -8,11 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import BoundaryParticles, Fluid, FluidConfig, Phase, block, tank_walls
 from tests.validation.case import Bench
 
 Double = NDArray[np.float64]

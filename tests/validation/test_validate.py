@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from oilsim.config import FluidConfig
+from oilsim import FluidConfig
 from tests.validation import half_step, report
 from tests.validation.__main__ import main, run_level, status_of
 from tests.validation.bodies import wave_flume

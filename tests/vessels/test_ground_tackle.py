@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 from vessels.ground_tackle import AnchorSize, Rope, laid_anchor, leg_part
 
 PLACE = (0.0, 0.0, -10.0)

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from oilsim.physical_constants import AIR_DENSITY
+from oilsim.core.physical_constants import AIR_DENSITY
 from scenarios.load import scenario_from
 from scenarios.running.assembly import build
 from vessels.windage import Windage, WindOnBodies

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 
 Array = NDArray[np.float64]
 

@@ -30,7 +30,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 
 Array = NDArray[np.float64]
 

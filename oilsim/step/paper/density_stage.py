@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from oilsim.backend.thread_team import block_count, total
 from oilsim.boundaries.wall_contact import ContactRule, WallSums, sum_walls, wall_approach, wall_contact
+from oilsim.core.state import FluidState
 from oilsim.density.density_constraint import (
     LARGEST_MULTIPLIER,
     density_and_diagonal,
@@ -15,7 +16,6 @@ from oilsim.density.density_constraint import (
     density_push,
     push_reaction,
 )
-from oilsim.state import FluidState
 from oilsim.step.stages.search import place_points
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.state import FluidState
+from oilsim.core.state import FluidState
 from oilsim.step.paper.density_stage import constrain_density
 from oilsim.step.paper.velocity_stage import correct_velocity
 from oilsim.step.stages.adhesion import apply_adhesion
@@ -23,8 +23,7 @@ from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.gravity import apply_gravity
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity
-from oilsim.step.step_arrays import StepArrays
-from oilsim.step.step_result import StepResult
+from oilsim.step.step_arrays import StepArrays, StepResult
 from oilsim.step.step_tools import StepTools
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from oilsim.backend.thread_team import block_count, total
+from oilsim.core.state import FluidState
 from oilsim.pressure.pressure_gradient import divergence_multiplier
-from oilsim.state import FluidState
 from oilsim.step.pressure_operator import PressureOperator
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools

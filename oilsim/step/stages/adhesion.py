@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from oilsim.boundaries.adhesion import adhesion_acceleration, adhesion_reaction
-from oilsim.state import FluidState
+from oilsim.core.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from oilsim.boundaries.plate_guard import PlateGuard
 from oilsim.boundaries.wall_contact import ContactRule, WallSums, wall_approach, wall_contact, wall_push
+from oilsim.core.state import FluidState
 from oilsim.pressure.rigid_response import RigidResponse
-from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 

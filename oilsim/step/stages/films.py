@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from oilsim.boundaries.contact_film import RimLiquid, film_wrenches
-from oilsim.state import FluidState
+from oilsim.core.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from oilsim.core.state import FluidState
 from oilsim.forcing import Forcing, ForcingView
-from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 

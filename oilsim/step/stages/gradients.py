@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from oilsim.boundaries.contacts import gather_contacts
+from oilsim.core.state import FluidState
 from oilsim.gradients.shear_correction import correct_for_shear
 from oilsim.pressure.pressure_gradient import cache_gradients
-from oilsim.state import FluidState
 from oilsim.step.stages.search import place_points
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.state import FluidState
+from oilsim.core.state import FluidState
 from oilsim.step.step_tools import StepTools
 
 

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.config import swing_head
+from oilsim.core.config import swing_head
+from oilsim.core.state import Confinement, FluidState
 from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackScales, add_density_feedback
 from oilsim.neighborhood.neighbor_search import indices
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver, Pressures
 from oilsim.pressure.rest_pressure import RestPressure, needed_share, rest_pressure, top_of_rest
 from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
-from oilsim.state import Confinement, FluidState
 from oilsim.step.pressure_operator import PressureOperator, with_neighbors
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.backend.thread_team import block_count, total
+from oilsim.core.state import Confinement, FluidState
 from oilsim.density.density_constraint import LARGEST_MULTIPLIER, density_constraint
 from oilsim.density.particle_shifting import (
     HURRY,
@@ -32,7 +33,6 @@ from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
-from oilsim.state import Confinement, FluidState
 from oilsim.step.stages.contact import plate_guard
 from oilsim.step.stages.search import place_points
 from oilsim.step.step_arrays import StepArrays

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from oilsim.boundaries.contacts import list_body_pairs
+from oilsim.core.state import FluidState
 from oilsim.neighborhood.neighbor_search import fill_rows
-from oilsim.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 

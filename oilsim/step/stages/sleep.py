@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from oilsim.state import FluidState
+from oilsim.core.state import FluidState
 from oilsim.step.step_tools import StepTools
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.state import FluidState
+from oilsim.core.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 from oilsim.tension.interface_stress import fill_slopes, pull_along_interfaces, pull_on_bodies, smooth_tensions

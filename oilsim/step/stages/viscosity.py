@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.state import FluidState
+from oilsim.core.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 from oilsim.viscosity.deferred_viscosity import NEGLIGIBLE, Due, viscosity_due

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from oilsim.quantity import quantities
+from oilsim.core.quantity import quantities
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.parsing.structuring import spellings
 from scenarios.schema.run_settings import RunSettings

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from oilsim.quantity import is_number
+from oilsim.core.quantity import is_number
 from scenarios.problems import Problem
 from scenarios.schema.parsing.structuring import COMPASS, spellings
 

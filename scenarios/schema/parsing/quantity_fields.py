@@ -1,4 +1,4 @@
-"""Declaration of a scenario's sections: each checks its own fields, numbers by the limits that `oilsim.quantity` declares."""
+"""Declaration of a scenario's sections: each checks its own fields, numbers by the limits that `oilsim.core.quantity` declares."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, get_type_hints
 
-from oilsim.quantity import SHORTEST_DIRECTION, Quantity, quantities
+from oilsim.core.quantity import SHORTEST_DIRECTION, Quantity, quantities
 from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
 

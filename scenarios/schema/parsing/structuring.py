@@ -21,8 +21,8 @@ from cattrs.errors import (
 )
 from cattrs.gen import make_dict_structure_fn, override
 
-from oilsim.physical_constants import DEGREE, KNOT
-from oilsim.quantity import Quantity, quantities
+from oilsim.core.physical_constants import DEGREE, KNOT
+from oilsim.core.quantity import Quantity, quantities
 from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.schema.parsing.quantity_fields import Section, faulty_entry
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken

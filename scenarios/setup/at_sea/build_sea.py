@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from oilsim.physical_constants import SEA_WATER_DENSITY
+from oilsim.core.physical_constants import SEA_WATER_DENSITY
 from oilsim.sea import (
     CurrentProfile,
     FlowTable,

@@ -15,7 +15,7 @@ from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
 from coupling.participants.windows import WindowsParticipant, overlap
 from coupling.rigid.rigid_body_world import RigidBodyWorld
-from oilsim.phases import Phase
+from oilsim import Phase
 from oilsim.sea import Sea
 from oilsim.window.joint_exchange import JointExchange
 from oilsim.window.oil_exchange import OilExchange

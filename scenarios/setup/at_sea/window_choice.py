@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from oilsim.phases import Phase
+from oilsim import Phase
 from oilsim.sea import Sea, SeaDescription
 from oilsim.window.rim import share_kept
 from oilsim.window.settings import WindowSettings

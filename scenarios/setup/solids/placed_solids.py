@@ -17,8 +17,8 @@ from coupling.rigid.prescribed_motion import PrescribedMotion
 from coupling.solids.solid_mesh import SolidMesh
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
-from oilsim.boundaries.boundary_particles import BoundaryParticles
-from oilsim.phases import RIGHT_ANGLE
+from oilsim import BoundaryParticles
+from oilsim.core.phases import RIGHT_ANGLE
 from recordings.model.frame import Color
 from scenarios.problems import Problem, problems_of
 from scenarios.scenario import Scenario

@@ -11,10 +11,7 @@ import numpy as np
 
 from coupling.bodies import box
 from coupling.solids.surface_sampling import boundary_particles
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.phases import Phase
-from oilsim.solver import Fluid, FluidError
+from oilsim import Fluid, FluidConfig, FluidError, Phase, tank_walls
 from tests.benchmarks.pareto.measures import Sample
 from tests.benchmarks.pareto.results import Family, Row, Variant, failure, outcome
 from tests.benchmarks.pareto.scenes import DENSITY, Body, Scene

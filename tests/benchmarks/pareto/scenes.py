@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from oilsim.initial_conditions import block
+from oilsim import block
 from tests.benchmarks.pareto.measures import (
     GRAVITY,
     Double,

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from booms.losses import accumulation, drainage, entrainment, lean, overflow, slick
 from booms.losses.liquids import OilOnWater, mixed
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 
 WATER = 1027.0
 

@@ -18,11 +18,8 @@ from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
 from booms.losses.undisturbed import forced_flow
-from oilsim.config import FluidConfig
+from oilsim import Fluid, FluidConfig, Phase, block
 from oilsim.forcing import AiryWaves, Zone
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
 
 Array = NDArray[np.float64]
 

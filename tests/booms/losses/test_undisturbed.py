@@ -18,11 +18,8 @@ from booms.losses.closure_losses import INTERVAL, ClosureLosses, LostBoom
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
-from oilsim.config import FluidConfig
+from oilsim import Fluid, FluidConfig, Phase, block
 from oilsim.forcing import AiryWaves, Current, Zone
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
 from coupling.solids.added_mass import added_mass, stability_number
 from coupling.solids.surface_sampling import boundary_particles
 from coupling.testing import TankScene, tank
-from oilsim.boundaries.boundary_particles import solid_box
+from oilsim import solid_box
 
 WATER, GRAVITY, STEP = 1000.0, 9.81, 0.01
 SIDE, SPACING = 0.2, 0.05

@@ -10,7 +10,7 @@ from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import boundary_particles
 from coupling.testing import Scene, assert_restarts_exactly, empty_space, fails_in_order
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from tests.poison import Poison
 
 SPACING, SIDE, PLACE = 0.05, 0.3, (0.0, 0.05, 0.0)

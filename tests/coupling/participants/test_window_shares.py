@@ -14,8 +14,8 @@ from coupling.bodies import box
 from coupling.participants.window import FADE, SharedEnvironment, WindowBody, WindowParticipant
 from coupling.participants.windows import JointShares
 from coupling.solids.surface_sampling import boundary_particles
+from oilsim import Phase
 from oilsim.loads.morison import BodyLoads
-from oilsim.phases import Phase
 from oilsim.sea import CurrentProfile, RegularWaves, Sea, SeaDescription, SteadyFlow
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window

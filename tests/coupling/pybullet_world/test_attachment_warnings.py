@@ -13,7 +13,7 @@ import trimesh
 from coupling.bodies import box, load_mesh
 from coupling.plugin import attach_fluid
 from coupling.pybullet_world.shapes import link_mesh
-from oilsim.boundaries.boundary_particles import solid_box
+from oilsim import solid_box
 from tests.coupling.pools import pool
 
 

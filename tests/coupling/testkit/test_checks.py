@@ -34,8 +34,8 @@ from coupling.testing import (
     assert_wave_height,
 )
 from coupling.testkit.history import BodyTrack, Track
+from oilsim import block
 from oilsim.forcing import wave_number
-from oilsim.initial_conditions import block
 from recordings.model.frame import MeshDescription, PhaseDescription, RunDescription
 
 SIDE, SPACING, LEVEL = 0.2, 0.05, 0.5  # m

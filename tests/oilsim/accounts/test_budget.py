@@ -7,13 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from oilsim import BoundaryParticles, Phase, PipeEmitter, block, tank_walls
 from oilsim.accounts.ledger import CAUSES
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.emitter import PipeEmitter
 from oilsim.forcing import Wind
-from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, normalisation
-from oilsim.phases import Phase
 
 OILY = (
     Phase(name="water", rest_density=1000.0),

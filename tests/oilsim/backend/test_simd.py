@@ -11,6 +11,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
+from oilsim import block
 from oilsim.backend.simd import (
     LANES,
     above_zero,
@@ -26,7 +27,6 @@ from oilsim.backend.simd import (
     store,
     summed,
 )
-from oilsim.initial_conditions import block
 from tests.oilsim.conftest import disturbed, prepare
 
 ONE = np.float32(1.0)

@@ -5,16 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import (
-    BoundaryParticles,
-    lattice_wall_factor,
-    sides_of,
-    solid_box,
-    tank_walls,
-    wall_coverage,
-)
+from oilsim import BoundaryParticles, block, solid_box, tank_walls
+from oilsim.boundaries.boundary_particles import lattice_wall_factor, sides_of, wall_coverage
 from oilsim.density.density_constraint import density_and_diagonal
-from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, normalisation
 from oilsim.step.stages.search import search_neighbors
 

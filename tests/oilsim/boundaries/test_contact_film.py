@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
 
 D, SIDE, DENSITY, GRAVITY = 0.05, 6, 1000.0, 9.81
 FREE = 1e-9 * np.eye(6)  # answers impulses, and moves by none of them

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
+from oilsim import block, solid_box, tank_walls
 from oilsim.boundaries.contacts import NO_BODY_PAIRS
-from oilsim.initial_conditions import block
 from tests.oilsim.conftest import prepare
 
 SPACING = 0.1

@@ -13,8 +13,7 @@ from coupling.bodies import box
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.initial_conditions import block
+from oilsim import block, tank_walls
 
 SPACING = 0.1
 

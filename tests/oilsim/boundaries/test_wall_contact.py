@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from oilsim.boundaries.boundary_particles import tank_walls, wall_coverage
+from oilsim import block, tank_walls
+from oilsim.boundaries.boundary_particles import wall_coverage
 from oilsim.boundaries.wall_contact import DISTANCES, PLACES, flat_wall
-from oilsim.initial_conditions import block
 from oilsim.step.time_step import REACH
 
 SPACING = 0.1

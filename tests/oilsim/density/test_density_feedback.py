@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim import block, tank_walls
 from oilsim.density.density_feedback import (
     FeedbackScales,
     add_density_feedback,
     density_below_surface,
     surface_table,
 )
-from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim import Phase, block, tank_walls
 from oilsim.density.particle_shifting import (
     INERTIA,
     Relaxation,
@@ -14,9 +14,7 @@ from oilsim.density.particle_shifting import (
     relax,
     shift_balance,
 )
-from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice
-from oilsim.phases import Phase
 from oilsim.step.stages.advection import wrap_periodic
 from oilsim.step.stages.relaxation import relax_positions
 from oilsim.step.stages.search import search_neighbors

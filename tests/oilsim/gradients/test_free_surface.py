@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim import block, tank_walls
 from oilsim.gradients.free_surface import SPRAY, SURFACE, FreeSurface
-from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, normalisation
 from oilsim.step.stages.relaxation import sum_neighbors
 from oilsim.step.stages.search import search_neighbors

@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from oilsim import Phase, block
 from oilsim.gradients.gradient_correction import EXACT, FULL, THIN, exact_share
-from oilsim.initial_conditions import block
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice_moment, normalisation
-from oilsim.phases import Phase
 from tests.oilsim.conftest import disturbed
 from tests.oilsim.gradients.test_particle_sums import SPACING, fields
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim import block, tank_walls
 from oilsim.gradients.flow import GRADIENT, LIQUID, WEIGHT
 from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
-from oilsim.initial_conditions import block
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_moment
 from oilsim.step.stages.search import search_neighbors

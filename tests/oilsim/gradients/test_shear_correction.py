@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim import block, tank_walls
 from oilsim.gradients.shear_correction import LARGEST
-from oilsim.initial_conditions import block
 from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.relaxation import sum_neighbors
 from oilsim.step.stages.search import search_neighbors

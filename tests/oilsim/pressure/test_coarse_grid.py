@@ -7,9 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
+from oilsim import Phase, block, tank_walls
 from oilsim.pressure.coarse_grid import CELL, LEFT
 from oilsim.step.pressure_operator import PressureOperator
 from oilsim.step.stages.advection import wrap_periodic

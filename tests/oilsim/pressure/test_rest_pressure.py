@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import swing_head, swing_time_step
+from oilsim import block, tank_walls
+from oilsim.core.config import swing_head, swing_time_step
 from oilsim.gradients.free_surface import FreeSurface
-from oilsim.initial_conditions import block
 from oilsim.pressure.rest_pressure import FADE, SHARE, needed_share, rest_pressure, top_of_rest
 from oilsim.step.pressure_operator import PressureOperator
 from tests.oilsim.conftest import disturbed, prepare

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.initial_conditions import block
+from oilsim import block, tank_walls
 from oilsim.neighborhood.neighbor_search import Pairs
 from oilsim.pressure.wall_extrapolation import hold_waterline
 

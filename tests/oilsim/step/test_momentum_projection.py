@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim import BoundaryParticles, Phase, block, sphere, tank_walls
 from oilsim.accounts.diagnostics import angular_momentum, momentum
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.initial_conditions import block, sphere
-from oilsim.phases import Phase
 from oilsim.step.stages.search import search_neighbors
 from tests.oilsim.conftest import disturbed
 

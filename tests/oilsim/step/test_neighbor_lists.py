@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
+from oilsim import BoundaryParticles, tank_walls
 from oilsim.step.stages.advection import wrap_periodic
 from oilsim.step.stages.search import search_neighbors
 

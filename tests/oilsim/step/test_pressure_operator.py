@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.initial_conditions import block
+from oilsim import BoundaryParticles, Phase, block, tank_walls
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice_moment
-from oilsim.phases import Phase
 from oilsim.step.pressure_operator import PressureOperator
 from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.search import search_neighbors

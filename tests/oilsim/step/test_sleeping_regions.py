@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.emitter import PipeEmitter
+from oilsim import Fluid, FluidConfig, PipeEmitter, block, tank_walls
 from oilsim.forcing import Current, Zone
-from oilsim.initial_conditions import block
-from oilsim.solver import Fluid
 from oilsim.step.sleeping_regions import with_surroundings
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.step_arrays import StepArrays

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, solid_box, tank_walls
-from oilsim.initial_conditions import block
+from oilsim import BoundaryParticles, Phase, block, solid_box, tank_walls
 from oilsim.neighborhood.cell_grid import make_grid
-from oilsim.phases import Phase
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 PLANE = {"dimension": 2, "lower": (-0.7, -1.0, -0.7), "upper": (0.7, 1.0, 0.7), "particle_spacing": 0.02}

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.config import STABLE
-from oilsim.initial_conditions import block
+from oilsim import BoundaryParticles, block, tank_walls
+from oilsim.core.config import STABLE
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, lattice_stiffness
 from oilsim.step.pressure_operator import PressureOperator
 from oilsim.step.stages.gradients import cache_pair_gradients

@@ -8,11 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import STABLE, FluidConfig
-from oilsim.initial_conditions import block
+from oilsim import FluidConfig, Phase, block, solid_box, tank_walls
+from oilsim.core.config import STABLE
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice_stiffness
-from oilsim.phases import Phase
 from oilsim.step.stages.tension import apply_tension
 from oilsim.tension.interface_stress import smooth_tensions
 from tests.oilsim.conftest import disturbed, prepare

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
+from oilsim import Phase, block
 from oilsim.step.stages import viscosity as viscosity_stage
 from oilsim.viscosity.deferred_viscosity import viscosity_due
 from oilsim.viscosity.pair_stiffness import viscosity_matrix

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import solid_box
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
+from oilsim import Phase, block, solid_box
 from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity, viscous_system
 from oilsim.viscosity.viscous_response import ViscousResponse
 from tests.oilsim.conftest import disturbed, prepare

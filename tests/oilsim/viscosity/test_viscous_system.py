@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.initial_conditions import block
+from oilsim import Phase, block, tank_walls
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice, normalisation
-from oilsim.phases import Phase
 from oilsim.step.stages.gradients import cache_pair_gradients
 from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 from coupling.participants.slick import CarryingSea, SlickParticipant
-from oilsim.phases import Phase
+from oilsim import Phase
 from oilsim.sea import Sea, SeaDescription
 from oilsim.slick.barriers import Boom
 from oilsim.slick.oil import Oil

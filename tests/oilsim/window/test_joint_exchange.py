@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from coupling.participants.slick import CarryingSea, SlickParticipant
-from oilsim.phases import Phase
+from oilsim import Phase
 from oilsim.sea import CurrentProfile, Sea, SeaDescription, SteadyFlow
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import ParcelState

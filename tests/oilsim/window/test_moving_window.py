@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from oilsim.phases import Phase
+from oilsim import Phase
 from oilsim.sea import CurrentProfile, RegularWaves, Sea, SeaDescription, SteadyFlow
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window

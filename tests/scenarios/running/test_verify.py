@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from scenarios.cli import main
 
 STEP = 0.02

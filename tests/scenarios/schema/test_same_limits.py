@@ -11,12 +11,9 @@ import numpy as np
 import pytest
 
 from booms.boom import BoomDesign
-from oilsim.boundaries.boundary_particles import BoundaryParticles
-from oilsim.config import FluidConfig
-from oilsim.emitter import PipeEmitter
+from oilsim import BoundaryParticles, FluidConfig, Phase, PipeEmitter
+from oilsim.core.quantity import LARGEST, Quantity, quantities
 from oilsim.forcing import AiryWaves, Current, Wind, Zone
-from oilsim.phases import Phase
-from oilsim.quantity import LARGEST, Quantity, quantities
 from scenarios.problems import ScenarioError
 from scenarios.schema.bodies import WigleyBody
 from scenarios.schema.exercise import BoomSettings, LegSettings, VesselSettings

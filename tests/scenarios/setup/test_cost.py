@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim import tank_walls
 from scenarios.cli import main
 from scenarios.load import library_paths, load_scenario
 from scenarios.problems import ScenarioError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from oilsim.config import FluidConfig
+from oilsim import FluidConfig
 from scenarios.cli import main
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError

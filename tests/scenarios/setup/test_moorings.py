@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from oilsim.physical_constants import GRAVITY
+from oilsim.core.physical_constants import GRAVITY
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError

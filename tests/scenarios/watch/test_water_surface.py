@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.phases import Phase
+from oilsim import Phase
 from oilsim.sea import RegularWaves, Sea, SeaDescription
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window

@@ -21,12 +21,8 @@ from booms.losses.closure_losses import ClosureLosses, LostBoom
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
+from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
 from oilsim.forcing import Current, Zone
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
 from tests.validation.bodies.boom_losses import drivers, first_beyond
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import WATER_DENSITY

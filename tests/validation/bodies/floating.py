@@ -10,8 +10,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from coupling.bodies import box, cylinder, sphere
-from oilsim.boundaries.boundary_particles import solid_box
-from oilsim.phases import Phase
+from oilsim import Phase, solid_box
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import Body, disordered, outside, put_solid, solid_tank, waterline
 from tests.validation.scenes import GRAVITY, OIL_DENSITY, SAMPLE, fill, liquid, open_tank

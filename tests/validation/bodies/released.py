@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.bodies import sphere
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
+from oilsim import FluidConfig, block, tank_walls
 from tests.validation import heave_theory
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import CLEARANCE, Body, disc, outside, put_solid, solid_tank

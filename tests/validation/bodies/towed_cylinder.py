@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.initial_conditions import block
+from oilsim import block
 from scenarios.setup.solids.body_motions import TowingMotion
 from tests.validation.bodies.towing import BEATS, towed
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace

@@ -16,9 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.boundary_particles import solid_box
-from oilsim.initial_conditions import block
-from oilsim.solver import Fluid
+from oilsim import Fluid, block, solid_box
 from scenarios.setup.solids.body_motions import TowingMotion
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import GRAVITY, closed_channel, liquid, open_tank

@@ -18,11 +18,8 @@ from numpy.typing import NDArray
 
 from coupling.rigid.prescribed_motion import UPRIGHT, OscillatingMotion
 from coupling.testkit.tanks import wave_maker
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
+from oilsim import Fluid, FluidConfig, block, solid_box, tank_walls
 from oilsim.forcing import Current, Zone
-from oilsim.initial_conditions import block
-from oilsim.solver import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.liquids.wave_drift import DEPTH, DEPTHS_A_RADIAN, LAYERS, STEEPNESS, Wave
 from tests.validation.scenes import GRAVITY, disturb, liquid, position, velocity

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import profile_value
 from tests.validation.scenes import channel, channel_wall, fill, liquid, position, set_velocity, velocity

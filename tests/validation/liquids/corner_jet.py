@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.config import FluidConfig
+from oilsim import BoundaryParticles, FluidConfig, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import fill, liquid
 

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.config import FluidConfig
-from oilsim.solver import Fluid
+from oilsim import BoundaryParticles, Fluid, FluidConfig, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import best_time_shift, crossing_time, front_position
 from tests.validation.scenes import GRAVITY, fill, liquid, read_table

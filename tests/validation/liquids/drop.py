@@ -6,10 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from oilsim.boundaries.boundary_particles import solid_box
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block, sphere
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, block, solid_box, sphere
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import (
     liquid,

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.solver import Fluid
+from oilsim import BoundaryParticles, Fluid, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import (
     GRAVITY,

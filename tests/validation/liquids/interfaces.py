@@ -7,9 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import front_position, growth_rate, mode_amplitude
 from tests.validation.scenes import (

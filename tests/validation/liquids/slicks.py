@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from tests.validation.case import Bench
 from tests.validation.scenes import OIL_DENSITY, WATER_DENSITY, position, set_velocity, velocity
 

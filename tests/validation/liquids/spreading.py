@@ -9,10 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import beta, gamma
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, block, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.liquids.slicks import REDUCED, SHARE, follow, launch
 from tests.validation.measure import front_position, power_law

@@ -14,11 +14,7 @@ from numpy.typing import NDArray
 
 from coupling.bodies import mass_properties, sphere
 from coupling.solids.surface_sampling import boundary_particles
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import CLEARANCE, Body, disc, disordered, outside
 from tests.validation.scenes import GRAVITY, SAMPLE, rms_speed

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from oilsim.boundaries.boundary_particles import solid_box
-from oilsim.solver import Fluid
+from oilsim import Fluid, solid_box
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.liquids.hydrostatics import DURATION, LAST, settle
 from tests.validation.measure import profile_value, steady_value

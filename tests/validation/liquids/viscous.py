@@ -8,8 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.initial_conditions import block
-from oilsim.solver import Fluid
+from oilsim import Fluid, block
 from oilsim.viscosity.viscous_system import implicit_share
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import decay_rate, mode_amplitude

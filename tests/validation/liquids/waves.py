@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.testkit.fits import DampedCosine, fit_damped_cosine
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import mode_amplitude
 from tests.validation.scenes import (

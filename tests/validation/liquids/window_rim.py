@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.config import SHORTEST_WAVE
-from oilsim.phases import Phase
+from oilsim import Phase
+from oilsim.core.config import SHORTEST_WAVE
 from oilsim.sea import CurrentProfile, JonswapWaves, RegularWaves, Sea, SeaDescription, SteadyFlow
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window

@@ -11,12 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
+from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
 from oilsim.forcing import Current, Zone
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
 from tests.validation.case import Bench
 from tests.validation.scenes import GRAVITY, WATER_DENSITY
 

@@ -11,7 +11,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from oilsim.solver import Fluid
+from oilsim import Fluid
 from tests.validation.bodies.flumes.flume import Flume
 
 BELOW, ABOVE = 1.8, 0.4  # d: what is shown below and above the level

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from booms.losses.liquids import ASSUMED_TENSION
-from oilsim.phases import Phase, weak_depth
-from oilsim.quantity import require
+from oilsim import Phase
+from oilsim.core.phases import weak_depth
+from oilsim.core.quantity import require
 from oilsim.slick.oil import Oil
 from scenarios.oils.library import oil_named
 from tests.validation.bodies.flumes.tables import Row

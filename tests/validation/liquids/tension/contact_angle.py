@@ -8,10 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
 RADIUS, TENSION, DENSITY, VISCOSITY = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from oilsim.phases import Phase
+from oilsim import Phase
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity
 from tests.validation.liquids.tension.drops import DISORDER, RESTING, STRETCH, SWINGS, Drop, rest, swing
 

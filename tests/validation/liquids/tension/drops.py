@@ -11,9 +11,7 @@ from scipy.optimize import root
 from scipy.special import ive, kve
 
 from coupling.testkit.fits import fit_damped_cosine
-from oilsim.config import FluidConfig
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase
 from tests.validation.case import Bench, Trace, trace
 from tests.validation.scenes import position, velocity
 

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.liquids.dam_break import EXPERIMENTS, FRONT_END, WATER, follow_front, front_history
 from tests.validation.liquids.tension.drop_in_air import AIR

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.special import iv, kv
 
-from oilsim.phases import Phase
+from oilsim import Phase
 from tests.validation.liquids.tension.drops import Drop
 
 WATER = Phase(name="water", rest_density=1000.0, dynamic_viscosity=1e-2)

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, solid_box
-from oilsim.config import FluidConfig
-from oilsim.emitter import PipeEmitter
+from oilsim import BoundaryParticles, FluidConfig, Phase, PipeEmitter, solid_box
 from oilsim.forcing import AiryWaves, Current, Wind, Zone
-from oilsim.phases import Phase
 
 NAN = float("nan")
 POSE = {"position": (1, 1, 1), "orientation": (0, 0, 0, 1), "linear_velocity": (0, 0, 0), "angular_velocity": (0, 0, 0)}

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-from oilsim.phases import EXPLICIT_UP_TO, Phase, capillary_inertia, least_pressure
-from oilsim.physical_constants import GRAVITY
-from oilsim.quantity import is_number, quantities, quantity
+from oilsim.core.phases import EXPLICIT_UP_TO, Phase, capillary_inertia, least_pressure
+from oilsim.core.physical_constants import GRAVITY
+from oilsim.core.quantity import is_number, quantities, quantity
 
 Vector = tuple[float, float, float]
 Scheme = Literal["split", "paper"]

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import solid_box
-from oilsim.emitter import PipeEmitter
-from oilsim.initial_conditions import block
+from oilsim import PipeEmitter, block, solid_box
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 

@@ -8,11 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
 
 SPACING = 0.1
 INSIDE = ("arrays", "state", "tools")  # of `Fluid`, public to the rooms of oilsim only
@@ -115,7 +111,7 @@ def inside_of_a_fluid(source: str) -> list[str]:
 
 def test_readers_outside_reach_for_nothing_inside() -> None:
     assert inside_of_a_fluid("x = world.fluid.tools.team") == ["fluid.tools, line 1"]
-    root, found = Path(__file__).parents[2], {}
+    root, found = Path(__file__).parents[3], {}
     for room in ("coupling", "booms", "vessels", "scenarios", "recordings", "tests", "docs"):
         for path in sorted((root / room).rglob("*.py")):
             name = path.relative_to(root).as_posix()

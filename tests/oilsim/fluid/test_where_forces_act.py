@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.emitter import PipeEmitter
+from oilsim import PipeEmitter
 from oilsim.forcing import ForcingView, Wind
 
 SPACING = 0.1

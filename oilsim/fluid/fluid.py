@@ -10,24 +10,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim import checks
 from oilsim.accounts import diagnostics
 from oilsim.accounts.budget import Budget
-from oilsim.advance_report import AdvanceReport, Unreported
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
-from oilsim.config import FluidConfig
-from oilsim.emitter import PipeEmitter
+from oilsim.core.config import FluidConfig
+from oilsim.core.state import FluidState, places_of
+from oilsim.fluid import checks
+from oilsim.fluid.advance_report import AdvanceReport, Unreported
+from oilsim.fluid.emitter import PipeEmitter
+from oilsim.fluid.views import FluidView
 from oilsim.forcing import Forcing
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver
-from oilsim.state import FluidState, places_of
 from oilsim.step.paper.scheme import paper_step
 from oilsim.step.schemes import split_step
 from oilsim.step.stages.advection import advect
 from oilsim.step.stages.forcing import apply_forcings
 from oilsim.step.stages.gravity import apply_gravity
-from oilsim.step.step_result import StepResult
+from oilsim.step.step_arrays import StepResult
 from oilsim.step.step_tools import StepTools
 from oilsim.step.time_step import (
     cfl_time_step,
@@ -38,7 +39,6 @@ from oilsim.step.time_step import (
     stable_time_step,
     too_fast,
 )  # fmt: skip
-from oilsim.views import FluidView
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -58,7 +58,7 @@ class Fluid(FluidView):
 
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
         if not isinstance(config, FluidConfig):
-            raise TypeError(f"config is {config!r}, allowed: an oilsim.config.FluidConfig")
+            raise TypeError(f"config is {config!r}, allowed: an oilsim.FluidConfig")
         self.config = config
         self.time = 0.0
         self.state = FluidState(viscous_time=np.zeros(len(config.phases)))

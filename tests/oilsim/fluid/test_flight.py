@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
-from oilsim.emitter import PipeEmitter
-from oilsim.initial_conditions import block
-from oilsim.solver import FluidError
+from oilsim import BoundaryParticles, FluidError, PipeEmitter, block, tank_walls
 
 SPACING = 0.1
 SIDES = ("-x", "+x", "-y", "+y", "-z")

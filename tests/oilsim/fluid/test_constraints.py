@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
+from oilsim import Phase, block
 from oilsim.step.paper.density_stage import constrain_density
 from oilsim.step.pressure_operator import PressureOperator
 from oilsim.step.stages.gradients import cache_pair_gradients

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.initial_conditions import cylinder
-from oilsim.quantity import SHORTEST_DIRECTION, LimitedAttributes, Quantity, require
+from oilsim.core.initial_conditions import cylinder
+from oilsim.core.quantity import SHORTEST_DIRECTION, LimitedAttributes, Quantity, require
 
 Real = NDArray[np.float32]
 Vector = tuple[float, float, float]

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
-from oilsim.config import FluidConfig
-from oilsim.emitter import PipeEmitter
+from oilsim.core.config import FluidConfig
+from oilsim.fluid.emitter import PipeEmitter
 
 Double = NDArray[np.float64]
 

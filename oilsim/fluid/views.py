@@ -1,23 +1,27 @@
-"""Readings of a fluid from outside: particles, boundaries, sums and probes.
+"""Readings of a fluid, or of several together, from outside: particles, boundaries, sums and probes.
 
 No reader changes the fluid. Arrays of `Particles` and of a boundary are the solver's own and cannot be written through; all others are
-copies.
+copies. Probes take the kernel mean of nearby particles (Shepard), f(x) = sum_j V f_j W(x - x_j) / sum_j V W(x - x_j), pressure with its
+mean gradient carried along below.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from oilsim import checks, probes
 from oilsim.accounts import diagnostics
+from oilsim.accounts.diagnostics import Energy
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
-from oilsim.config import FluidConfig
-from oilsim.state import FluidState
+from oilsim.core.config import FluidConfig
+from oilsim.core.state import FluidState
+from oilsim.fluid import checks
+from oilsim.neighborhood.smoothing_kernels import kernel
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
 
@@ -158,21 +162,21 @@ class FluidView:
 
         ValueError for points not of this shape or not finite.
         """
-        return probes.pressure_at(self.state, self.tools, checks.finite("points", points, None, 3))
+        return pressure_at(self.state, self.tools, checks.finite("points", points, None, 3))
 
     def velocity_at(self, points: ArrayLike) -> Double:
         """Return the velocity (K, 3) [m/s] at points (K, 3) [m], 0 without liquid.
 
         ValueError for points not of this shape or not finite.
         """
-        return probes.velocity_at(self.state, self.tools, checks.finite("points", points, None, 3))
+        return velocity_at(self.state, self.tools, checks.finite("points", points, None, 3))
 
     def surface_height_at(self, points: ArrayLike) -> Double:
         """Return the height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid.
 
         ValueError for points not of this shape or not finite.
         """
-        return probes.surface_height_at(self.state, self.tools, checks.finite("points", points, None, 2))
+        return surface_height_at(self.state, self.tools, checks.finite("points", points, None, 2))
 
 
 def _read_only(values: NDArray) -> NDArray:
@@ -180,3 +184,115 @@ def _read_only(values: NDArray) -> NDArray:
     view = values.view()
     view.flags.writeable = False
     return view
+
+
+# [1] share of the kernel that liquid must fill for a reading; tuned; not on record
+PRESENT = 0.05
+# [1] share of a full layer of particles across the support that belongs to the surface at least; tuned; fewer are spray
+FEWEST = 0.15
+
+
+def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
+    """Return the ways (axes, N) [m] from a point, along as many axes as it has, to the nearest image of every particle."""
+    offset = state.position[: point.size].astype(np.float64) - point[:, None]
+    for axis, length in enumerate((tools.constants.period or ())[: point.size]):
+        if length > 0.0:
+            offset[axis] -= length * np.round(offset[axis] / length)
+    return offset
+
+
+def _weights(state: FluidState, tools: StepTools, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
+    """Return the particles within the support of a point, the ways to them (3, n) [m], and their shares V W [1]."""
+    offset = _offsets(state, tools, point)
+    distance = np.sqrt((offset**2).sum(axis=0))
+    near = np.flatnonzero(distance < tools.constants.support)
+    shares = kernel(distance[near] / float(tools.constants.support), float(tools.constants.sigma))
+    return near, offset[:, near], float(tools.constants.volume) * shares
+
+
+def pressure_at(state: FluidState, tools: StepTools, points: Double) -> Double:
+    """Return the pressure (K,) [Pa] at points (K, 3) [m]: a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
+    result = np.zeros(len(points))
+    per_impulse = tools.constants.reference_density / state.time_step if state.time_step > 0.0 else 0.0
+    for n, point in enumerate(points):
+        near, offset, share = _weights(state, tools, point)
+        if share.sum() < PRESENT:
+            continue
+        values = per_impulse * state.pressure_impulse[near].astype(np.float64)
+        basis = np.vstack([np.ones(len(near)), offset / float(tools.constants.support)])
+        normal = (basis * share) @ basis.T + 1e-6 * share.sum() * np.diag([0.0, 1.0, 1.0, 1.0])
+        result[n] = np.linalg.solve(normal, (basis * share) @ values)[0]
+    return result
+
+
+def velocity_at(state: FluidState, tools: StepTools, points: Double) -> Double:
+    """Return the velocity (K, 3) [m/s] at points (K, 3) [m], the kernel mean of the particles near; 0 in air."""
+    result = np.zeros((len(points), 3))
+    for n, point in enumerate(points):
+        near, _, share = _weights(state, tools, point)
+        if share.sum() >= PRESENT:
+            result[n] = state.velocity[:, near].astype(np.float64) @ share / share.sum()
+    return result
+
+
+def surface_height_at(state: FluidState, tools: StepTools, points: Double) -> Double:
+    """Measure the height (K,) [m] of the free surface over points (K, 2) [m], by the particles within a support radius across.
+
+    It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
+    together with the liquid below, like a gauge wire. Spray does not count: neither drops in the air nor single particles on the surface
+    (`FEWEST` of a layer). Where there is no liquid, the reading is the domain's lower side.
+    """
+    config = tools.config
+    spacing, radius = config.particle_spacing, config.support_radius
+    layer = (
+        2.0 * radius / spacing if tools.constants.plane else np.pi * (radius / spacing) ** 2
+    )  # particles of a full one
+    fewest = max(2, int(np.ceil(FEWEST * layer)))
+    result = np.full(len(points), config.lower[2])
+    for n, point in enumerate(points):
+        offset = _offsets(state, tools, point[:1] if tools.constants.plane else point)
+        heights = np.sort(state.position[2, (offset**2).sum(axis=0) < radius**2].astype(np.float64))
+        parts = np.split(heights, np.flatnonzero(np.diff(heights) > 1.5 * spacing) + 1)
+        liquid = next((part for part in parts if len(part) >= fewest), None)
+        if liquid is not None:
+            result[n] = _top(liquid, 0.75 * spacing, fewest) + 0.5 * spacing
+    return result
+
+
+def _top(heights: Double, thickness: float, fewest: int) -> float:
+    """Return the mean height [m] of the uppermost particles (n,), sorted, within `thickness` [m], without single ones above them."""
+    while True:
+        upper = heights > heights[-1] - thickness
+        if upper.all() or int(upper.sum()) >= fewest:
+            return float(heights[upper].mean())
+        heights = heights[~upper]
+
+
+class JointReadings:
+    """Sums and lists over fluids that have the same phases, and ids of their own, increasing from fluid to fluid."""
+
+    def __init__(self, fluids: Sequence[FluidView]) -> None:
+        self._fluids = tuple(fluids)
+
+    def energy(self) -> Energy:
+        """Return the kinetic and potential energy of the liquid [J]."""
+        kinetic, potential = zip(*(one.energy() for one in self._fluids), strict=True)
+        return Energy(sum(kinetic), sum(potential))
+
+    def momentum(self) -> NDArray[np.float64]:
+        """Return the linear momentum of the liquid (3,) [kg m/s]."""
+        return np.sum([one.momentum() for one in self._fluids], axis=0)
+
+    def phase_ids(self, phase: str) -> NDArray[np.uint32]:
+        """Return the particle ids of a phase (n,), ascending; ValueError for a phase that does not exist."""
+        return np.concatenate([one.phase_ids(phase) for one in self._fluids])
+
+    @property
+    def may_sleep(self) -> bool:
+        """True if water at rest falls asleep."""
+        return any(one.config.sleep_speed > 0.0 for one in self._fluids)
+
+    @property
+    def boundary_count(self) -> int:
+        """Number of wall particles."""
+        return sum(one.boundary_count for one in self._fluids)

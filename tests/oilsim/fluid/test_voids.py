@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.solver import Fluid
-from oilsim.state import Confinement
+from oilsim import Fluid, FluidConfig, block, tank_walls
+from oilsim.core.state import Confinement
 from oilsim.step.stages.relaxation import VOIDS
 from tests.oilsim.conftest import WATER, disturbed
 

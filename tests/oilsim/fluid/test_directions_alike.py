@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
+from oilsim import Phase, block, solid_box, tank_walls
 from oilsim.step.stages.adhesion import apply_adhesion
 from oilsim.step.stages.tension import apply_tension
 from tests.oilsim.conftest import disturbed, prepare

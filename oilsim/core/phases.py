@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from oilsim.quantity import quantity, require
+from oilsim.core.quantity import quantity, require
 
 # [deg] contact angle of walls that do not draw one liquid more than another; theory; Young's law
 RIGHT_ANGLE = 90.0

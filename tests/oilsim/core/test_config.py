@@ -7,10 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from oilsim import FluidConfig, Phase, block, cylinder, sphere
 from oilsim.backend.thread_team import Team
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block, cylinder, sphere
-from oilsim.phases import Phase
 from oilsim.step.time_step import cfl_time_step, equal_steps
 
 

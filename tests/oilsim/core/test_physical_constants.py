@@ -3,7 +3,7 @@
 import pytest
 from scipy import constants
 
-from oilsim import physical_constants
+from oilsim.core import physical_constants
 
 
 @pytest.mark.parametrize("name", ["hour", "degree", "nautical_mile", "knot", "pound_force"])

@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from oilsim.boundaries.boundary_particles import solid_box, tank_walls
-from oilsim.emitter import PipeEmitter
+from oilsim import FluidError, Phase, PipeEmitter, block, solid_box, tank_walls
 from oilsim.forcing import Wind
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import FluidError
 from oilsim.step.stages.pressure import lesser_liquids
 
 OILY = (

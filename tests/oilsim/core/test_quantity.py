@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from oilsim.quantity import LARGEST, Quantity, quantities, quantity, quantity_of, require
+from oilsim.core.quantity import LARGEST, Quantity, quantities, quantity, quantity_of, require
 
 
 @dataclass(frozen=True, kw_only=True)

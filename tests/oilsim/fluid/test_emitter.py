@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.emitter import HOLD, PipeEmitter
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
+from oilsim import Phase, PipeEmitter, block, tank_walls
+from oilsim.fluid.emitter import HOLD
 
 SPACING, SPEED, STEP = 0.05, 0.5, 0.01
 

@@ -10,11 +10,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from oilsim.boundaries.boundary_particles import tank_walls
-from oilsim.config import FluidConfig
-from oilsim.initial_conditions import block
-from oilsim.phases import Phase
-from oilsim.solver import Fluid
+from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from oilsim.step.time_step import pressure_head, stable_time_step
 from tests.oilsim.conftest import WATER, disturbed
 

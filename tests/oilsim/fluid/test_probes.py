@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oilsim.initial_conditions import block
+from oilsim import block
 
 LENGTH, SPACING = 2.0, 0.1
 

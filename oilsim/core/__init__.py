@@ -1,0 +1,1 @@
+"""Liquids, settings, the state of a fluid, and quantities with units and limits: all rooms may know them."""
