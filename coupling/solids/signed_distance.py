@@ -98,6 +98,9 @@ class SignedDistance:
         """Look for the nearest points on one closed part, on all processors, each for points of its own."""
         nearest = Nearest(np.empty(len(points)), np.empty_like(points), np.empty_like(points))
         shares = min(os.cpu_count() or 1, 1 + len(points) // ALONE)
+        if shares == 1:
+            _query(points, tree, nearest)
+            return nearest
         parts = [slice(len(points) * n // shares, len(points) * (n + 1) // shares) for n in range(shares)]
 
         def look(part: slice) -> None:

@@ -13,7 +13,10 @@ solids get normals, by which the fluid keeps its particles on their side (`oilsi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+from copy import deepcopy
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +47,7 @@ CORNER_REACH = (
     1.5  # spacings from the inset layer within which its points' cells cover a corner or edge; farther is thin
 )
 LARGEST = 1e6  # particles on a surface: a boundary for mistakes, such as millimetres taken for metres
+KEPT = 64  # samplings that are kept, of the shapes that were asked for last
 INNER_DEPTH = 1.1  # spacings: a core that is nowhere deeper is too thin for points of its own
 
 
@@ -117,14 +121,38 @@ def sample_surface(
     """Sample the surface of a solid for particles of spacing d [m]; parts thinner than `minimum_thickness` (d) count as that thick.
 
     The mesh is read as `solid_mesh` says, and a warning tells what was mended; its hollows are sampled too. `within`: lower and upper
-    corner (3,) [m] of the box that is sampled, for a solid far larger than the fluid; None: all of it. Raises ValueError for a spacing that
-    is not above 0, a thickness above HELD spacings, a mesh that is no solid and one of more than LARGEST particles; UnresolvedSolidError
-    for a mesh smaller than a particle.
+    corner (3,) [m] of the box that is sampled, for a solid far larger than the fluid; None: all of it. Equal shapes are sampled once.
+    Raises ValueError for a spacing that is not above 0, a thickness above HELD spacings, a mesh that is no solid and one of more than
+    LARGEST particles; UnresolvedSolidError for a mesh smaller than a particle.
     """
     spacing = particle_spacing
     thickness = spacing if minimum_thickness is None else minimum_thickness
     mesh = _sampled_solid(mesh, spacing, thickness, within)
-    solid = SignedDistance(mesh, within)
+    shape = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).digest()
+    box = None if within is None else (*map(float, within[0]), *map(float, within[1]))
+    return deepcopy(_sampled(_Task(shape, spacing, thickness, box, mesh)))
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A surface to be sampled: equal tasks have equal results."""
+
+    shape: bytes
+    spacing: float
+    thickness: float
+    box: tuple[float, ...] | None
+    mesh: trimesh.Trimesh = field(compare=False)
+
+    @property
+    def within(self) -> Box | None:
+        return None if self.box is None else (np.array(self.box[:3]), np.array(self.box[3:]))
+
+
+@lru_cache(KEPT)
+def _sampled(task: _Task) -> SurfaceSampling:
+    """Sample a surface that was not sampled before; the errors of `sample_surface`."""
+    mesh, spacing, thickness = task.mesh, task.spacing, task.thickness
+    solid = SignedDistance(mesh, task.within)
     layer = _find_layer(mesh, solid, spacing)
     outer, is_middle = _spread(solid, layer, spacing)
     if len(outer) < 2:

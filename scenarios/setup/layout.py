@@ -151,14 +151,13 @@ def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
 
 def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Problem]:
     """Yield problems of surfaces that cannot be sampled: too small ones, which are tried, and too large ones, which are refused."""
-    for mesh, name in {
-        id(solid.placed.mesh): (solid.placed.mesh, solid.name) for solid in solids if solid.wetted
-    }.values():
+    for solid in {id(solid.placed.mesh): solid for solid in solids if solid.wetted}.values():
+        mesh = solid.placed.mesh
         if not QUICK < float(mesh.area) / spacing**2 <= LARGEST:
             try:
-                sample_surface(mesh, spacing)
+                sample_surface(mesh, spacing, minimum_thickness=solid.least_thickness(spacing))
             except ValueError as error:
-                yield Problem(table_entry(name), f"cannot be sampled with particles: {error}")
+                yield Problem(table_entry(solid.name), f"cannot be sampled with particles: {error}")
 
 
 def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: list[Problem]) -> RigidBodyWorld:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from functools import cache
 from typing import Any, ClassVar, get_type_hints
 
 from oilsim.core.quantity import SHORTEST_DIRECTION, Quantity, quantities
@@ -16,11 +15,15 @@ Vector = tuple[float, float, float]
 Point2 = tuple[float, float]
 
 
-@cache  # resolving names takes two thirds of the time in which a file is read
+_KINDS: dict[type, Mapping[str, Any]] = {}  # resolving names takes two thirds of the time in which a file is read
+
+
 def field_kinds(section: type) -> Mapping[str, Any]:
     """Return the type of each field of a section, resolved."""
-    kinds = get_type_hints(section)
-    return {item.name: kinds[item.name] for item in fields(section)}
+    if section not in _KINDS:
+        kinds = get_type_hints(section)
+        _KINDS[section] = {item.name: kinds[item.name] for item in fields(section)}
+    return _KINDS[section]
 
 
 @dataclass(frozen=True, kw_only=True)
