@@ -237,7 +237,7 @@ class WindowParticipant(FluidParticipant):
 
     def _take_out(self, mesh: Trimesh, rest: Array, turn: Array) -> None:
         """Remove water inside a body at `rest` (3,) [m], turned by `turn` (3, 3), or right at its surface."""
-        self._fluid.land()
+        self._fluid.finish_step()
         about = self.window.rim.about_center(self._fluid.particles.position.T) - rest
         chosen = _is_near(mesh, about @ turn, CLEARANCE * self.window.settings.spacing)
         if chosen.any():

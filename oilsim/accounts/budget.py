@@ -33,7 +33,7 @@ Double = NDArray[np.float64]
 
 # Causes by stage: stages that change positions alone, stages that add, remove or swap particles (a step lies between them), and stages that
 # change velocities.
-MOVES = {"flight": "gravity", "wrap": "periodic"}
+MOVES = {"advection": "gravity", "wrap": "periodic"}
 EXCHANGES = {"emitters": "emitters", "outflow": "outflow", "swaps": "swaps"}
 KICKS = {
     "gravity": "gravity", "density": "positions", "forcing": "forcing", "adhesion": "adhesion", "tension": "tension",
@@ -211,11 +211,11 @@ class Budget:
         """Keep a stage's kick, and return the change that counts as the filter's: velocities in the split scheme's density stage."""
         after = self._state.velocity.copy()
         filters = self._filters and stage == "density"
-        self._kicks.append(Kick("filter" if filters else KICKS[stage], self._velocity, after, impulse))
+        self._kicks.append(Kick("smoothing" if filters else KICKS[stage], self._velocity, after, impulse))
         if not filters:
             return Change()
         filtered = Change(momentum=self._totals(after - self._velocity)[2:])
-        self._add("filter", filtered)
+        self._add("smoothing", filtered)
         return filtered
 
     def _totals(self, velocity: Real | None = None) -> Double:

@@ -38,7 +38,7 @@ from oilsim.accounts.diagnostics import Energy
 Double = NDArray[np.float64]
 
 CAUSES = (
-    "emitters", "gravity", "periodic", "positions", "filter", "forcing", "adhesion", "tension", "viscosity", "pressure",
+    "emitters", "gravity", "periodic", "positions", "smoothing", "forcing", "adhesion", "tension", "viscosity", "pressure",
     "contact", "rotation", "sleep", "outflow", "swaps",
 )  # fmt: skip
 # causes by which walls and bodies act on the liquid
@@ -160,7 +160,7 @@ class Ledger:
     def numerical_dissipation(self) -> float:
         """Return the dissipation by the scheme [J]: loss of kinetic energy in filter and projection, less the work on moving bodies."""
         pressure = self.part("pressure")
-        return -self.part("filter").kinetic - pressure.kinetic - pressure.work_on_bodies
+        return -self.part("smoothing").kinetic - pressure.kinetic - pressure.work_on_bodies
 
     @property
     def numerical_viscosity(self) -> float | None:

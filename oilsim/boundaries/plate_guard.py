@@ -3,7 +3,7 @@
 The walls' coverage of the kernel tells the distance from a thick wall (`wall_contact`). A plate of one spacing d seems 0.15 d farther than
 it is, and from 0.1 d below its face on the slopes of its two sides cancel: liquid under a head of some spacings sinks in. So each point b
 of such a plate has a normal n_b, and a particle has a height h = n_b . (x_i - x_b) over the plate, whose sign tells its side. Wherever a
-particle goes, by relaxation or in the coming flight, it may come as near to the plate's middle plane as the face, FACE. If it is nearer
+particle goes, by relaxation or in the coming advection, it may come as near to the plate's middle plane as the face, FACE. If it is nearer
 already, it may come no nearer:
 
     (u_i - u_b) . n_b sign h >= -(|h| - FACE d)+,     u: displacements, u_b of the body at x_i,
@@ -59,10 +59,10 @@ class Plates(NamedTuple):
 
 
 @njit(**FAST)
-def worst_meeting(pairs, plates, places, of, carried, flown):
+def worst_meeting(pairs, plates, places, of, carried, moved):
     """Return the pair whose plate a particle goes into farthest, how far [m], and the plate's normal on the particle's side.
 
-    places (N, 4), carried (3, P), flown (3, N) [m] as for `hold_back`; of: the particle, its first pair, and the one after its last. The
+    places (N, 4), carried (3, P), moved (3, N) [m] as for `hold_back`; of: the particle, its first pair, and the one after its last. The
     way is 0 if it meets no plate.
     """
     i, first, last = of
@@ -81,7 +81,7 @@ def worst_meeting(pairs, plates, places, of, carried, flown):
         height = nx * dx + ny * dy + nz * dz
         if height < ZERO:
             height, nx, ny, nz = -height, -nx, -ny, -nz
-        ux, uy, uz = flown[0, i] - carried[0, n], flown[1, i] - carried[1, n], flown[2, i] - carried[2, n]
+        ux, uy, uz = moved[0, i] - carried[0, n], moved[1, i] - carried[1, n], moved[2, i] - carried[2, n]
         approach = -(nx * ux + ny * uy + nz * uz)
         room = max(height - face, ZERO)
         if approach - room <= worst:
@@ -95,8 +95,8 @@ def worst_meeting(pairs, plates, places, of, carried, flown):
 
 
 @njit(**FAST)
-def hold_back(pairs, plates, places, carried, flown, push):
-    """Shorten the ways `flown` (3, N) [m] of particles so that none leads into a plate; `push` (3, P) becomes the change by each pair [m].
+def hold_back(pairs, plates, places, carried, moved, push):
+    """Shorten the ways `moved` (3, N) [m] of particles so that none leads into a plate; `push` (3, P) becomes the change by each pair [m].
 
     pairs           the step's `BodyPairs`
     plates          the `Plates`
@@ -109,18 +109,18 @@ def hold_back(pairs, plates, places, carried, flown, push):
         while last < count and pairs.particle[last] == i:
             last += 1
         for turn in range(PLATES + 1):
-            found, worst, wx, wy, wz = worst_meeting(pairs, plates, places, (i, first, last), carried, flown)
+            found, worst, wx, wy, wz = worst_meeting(pairs, plates, places, (i, first, last), carried, moved)
             if worst <= ZERO:
                 break
             if turn < PLATES:
                 wx, wy, wz = worst * wx, worst * wy, worst * wz
             else:
-                wx = carried[0, found] - flown[0, i]
-                wy = carried[1, found] - flown[1, i]
-                wz = carried[2, found] - flown[2, i]
-            flown[0, i] += wx
-            flown[1, i] += wy
-            flown[2, i] += wz
+                wx = carried[0, found] - moved[0, i]
+                wy = carried[1, found] - moved[1, i]
+                wz = carried[2, found] - moved[2, i]
+            moved[0, i] += wx
+            moved[1, i] += wy
+            moved[2, i] += wz
             push[0, found] += wx
             push[1, found] += wy
             push[2, found] += wz
@@ -153,13 +153,13 @@ class PlateGuard:
         points (N, 4): present places [m]; density (N,) [kg/m3] of the particles.
         """
         pairs, step = self._pairs, np.float32(time_step)
-        flown = step * velocity[:, : density.size]
-        carried = self._ways_of_bodies(points, flown, time_step)
-        pushed = self._hold_back(points, carried.astype(np.float32), flown)
+        moved = step * velocity[:, : density.size]
+        carried = self._ways_of_bodies(points, moved, time_step)
+        pushed = self._hold_back(points, carried.astype(np.float32), moved)
         hit = np.flatnonzero(pushed.any(axis=0))
         if hit.size:
             stopped = pairs.particle[hit]
-            velocity[:, stopped] = flown[:, stopped] / step
+            velocity[:, stopped] = moved[:, stopped] / step
             mass = float(self._spacing) ** self._dimension * density[stopped].astype(np.float64)
             self._walls.receive(self._impulses(points, hit, -mass / time_step * pushed[:, hit]))
 
@@ -169,8 +169,8 @@ class PlateGuard:
         np.add.at(impulses, pairs.body[hit], np.hstack([lost.T, np.cross(arm, lost.T)]))
         return impulses
 
-    def _ways_of_bodies(self, points: Real, flown: Real, time_step: float) -> Double:
-        """Return the ways (3, P) [m] of bodies at the particles of all pairs, which fly `flown` (3, N) [m] from `points` (N, 4) [m].
+    def _ways_of_bodies(self, points: Real, moved: Real, time_step: float) -> Double:
+        """Return the ways (3, P) [m] of bodies at the particles of all pairs, which move by `moved` (3, N) [m] from `points` (N, 4) [m].
 
         A body that turns by w dt turns its plates, too. A particle's way less this one is what the body sees of it, to second order in dt.
         To first order, liquid that turns with a vessel would come nearer to its walls by w^2 r dt^2 / 2 every step, and liquid that
@@ -179,7 +179,7 @@ class PlateGuard:
         pairs = self._pairs
         twist, arm = self._walls.twists()[pairs.body], self._arms(points, np.arange(pairs.particle.size))
         drift = time_step * twist[:, :3]
-        turned = time_step * np.cross(twist[:, 3:], arm + flown[:, pairs.particle].T - drift)
+        turned = time_step * np.cross(twist[:, 3:], arm + moved[:, pairs.particle].T - drift)
         return np.asarray((drift + turned - 0.5 * time_step * np.cross(twist[:, 3:], turned)).T)
 
     def _arms(self, points: Real, chosen: NDArray[np.integer]) -> Double:
@@ -191,9 +191,9 @@ class PlateGuard:
                 way[:, axis] -= length * np.round(way[:, axis] / length)
         return pairs.arm[:, chosen].T + way
 
-    def _hold_back(self, points: Real, carried: Real, flown: Real) -> Real:
+    def _hold_back(self, points: Real, carried: Real, moved: Real) -> Real:
         walls, push = self._walls, np.zeros_like(carried)
         assert walls.normal is not None  # `present` tells so
         plates = Plates(walls.points, walls.normal, self._spacing, self._period)
-        hold_back(self._pairs, plates, points, carried, flown, push)
+        hold_back(self._pairs, plates, points, carried, moved, push)
         return push

@@ -139,12 +139,12 @@ def wall_contact(begin, end, sums, rule, rate, reach, velocity, strength):
 
 
 @njit(**FAST)
-def sum_walls(begin, end, hood, coverage, slope):
-    """Fill coverage (N,) [1] and slope (3, N) [1/m] of `WallSums` at the particles' present positions; hood: `Neighborhood`."""
+def sum_walls(begin, end, neighborhood, coverage, slope):
+    """Fill coverage (N,) [1] and slope (3, N) [1/m] of `WallSums` at the particles' present positions; neighborhood: `Neighborhood`."""
     for i in range(begin, end):
         coverage[i] = slope[0, i] = slope[1, i] = slope[2, i] = ZERO
-        if hood.walls.number[i] > 0:
-            coverage[i], (slope[0, i], slope[1, i], slope[2, i]) = coverage_and_slope(i, hood)
+        if neighborhood.walls.number[i] > 0:
+            coverage[i], (slope[0, i], slope[1, i], slope[2, i]) = coverage_and_slope(i, neighborhood)
 
 
 @njit(**FAST)

@@ -58,8 +58,8 @@ class FluidState:
     position (3, N) [m], velocity (3, N) [m/s], shift (3, N) by which relaxation moves particles in the next step [m], phase (N,) index into
     the phases, id (N,) never reused,
     pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve, for dt = time_step [s];
-    step [s]: length of the step that has begun, of which `to_fly` [s] is still to be flown; 0 between steps.
-    viscous_time (phases,) [s]: time for which each liquid is still owed its viscosity (`deferred_viscosity`).
+    step [s]: length of the step that has begun, of which `time_left` [s] is still to pass; 0 between steps.
+    viscous_time (phases,) [s]: time by which the viscosity of each liquid lags (`lagged_viscosity`).
     The last `asleep` particles do not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
     confinement: as in the last step (`step.stages.relaxation`).
     rest_top [m]: height below which the pressure of water at rest acted by its slope in the last step (`rest_pressure`).
@@ -74,7 +74,7 @@ class FluidState:
     next_id: int = 0
     time_step: float = 0.0
     step: float = 0.0
-    to_fly: float = 0.0
+    time_left: float = 0.0
     viscous_time: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     asleep: int = 0
     bordering: int = 0

@@ -1,4 +1,4 @@
-"""Constant density as a constraint on positions (Qiu et al. 2021, Eq. 15-23 and Alg. 2, errata mended).
+"""Constant density as a constraint on positions (Qiu et al. 2021, Eq. 15-23 and Alg. 2, errata repaired).
 
     C_i = rho_i / rho_i0 - 1 = sum_j V_j W_ij - 1                                            compression [1] (Eq. 15, 16)
     dx_i = (1 / rho_i0) sum_j V_j (L_i + L_j) grad W_ij,   L_i = -(1 + omega) C_i / a_i      push [m] (Eq. 21-23)
@@ -35,16 +35,22 @@ TINY = np.float32(1e-20)
 
 
 @njit(**FAST)
-def density_and_diagonal(begin, end, hood, compression, diagonal, gradient_sum):
+def density_and_diagonal(begin, end, neighborhood, compression, diagonal, gradient_sum):
     """Fill the three sums of the density constraint for the particles begin to end (Eq. 13, 15 and 16).
 
-    hood                     the `Neighborhood`
+    neighborhood                     the `Neighborhood`
     compression (N,)         becomes C_i [1]
     diagonal (N,)            becomes a_i rho_ref [1/m2]
     gradient_sum (3, N)      becomes g_i [1/m]
     """
-    points, period, fluid, sigma, volume = hood.points, hood.period, hood.fluid, hood.sigma, hood.volume
-    inverse_support = ONE / hood.support
+    points, period, fluid, sigma, volume = (
+        neighborhood.points,
+        neighborhood.period,
+        neighborhood.fluid,
+        neighborhood.sigma,
+        neighborhood.volume,
+    )
+    inverse_support = ONE / neighborhood.support
     factor = volume * inverse_support * inverse_support
     for i in range(begin, end):
         content = gx = gy = gz = square = spread(ZERO)
@@ -62,8 +68,8 @@ def density_and_diagonal(begin, end, hood, compression, diagonal, gradient_sum):
             gz += slope * dz
             square += slope * slope * squared * weight
         covered, (sx, sy, sz) = ZERO, (ZERO, ZERO, ZERO)
-        if hood.walls.number[i] > 0:
-            covered, (sx, sy, sz) = coverage_and_slope(i, hood)
+        if neighborhood.walls.number[i] > 0:
+            covered, (sx, sy, sz) = coverage_and_slope(i, neighborhood)
         sx, sy, sz = sx + summed(gx), sy + summed(gy), sz + summed(gz)
         gradient_sum[0, i], gradient_sum[1, i], gradient_sum[2, i] = sx, sy, sz
         own = sx * sx + sy * sy + sz * sz
@@ -72,10 +78,13 @@ def density_and_diagonal(begin, end, hood, compression, diagonal, gradient_sum):
 
 
 @njit(**FAST)
-def density_constraint(begin, end, hood, compression):
-    """Fill compression (N,) with C_i [1] of the particles begin to end at their present positions (Eq. 15, 16); hood: `Neighborhood`."""
-    points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
-    inverse_support = ONE / hood.support
+def density_constraint(begin, end, neighborhood, compression):
+    """Fill compression (N,) with C_i [1] of the particles begin to end at their present positions (Eq. 15, 16).
+
+    Neighborhood: `Neighborhood`.
+    """
+    points, period, fluid, sigma = neighborhood.points, neighborhood.period, neighborhood.fluid, neighborhood.sigma
+    inverse_support = ONE / neighborhood.support
     for i in range(begin, end):
         content = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
@@ -84,9 +93,9 @@ def density_constraint(begin, end, hood, compression):
             dx, dy, dz, _ = separations(i, points, points, load(fluid.neighbor, k, present), period)
             content += only(present, kernel(root(dx * dx + dy * dy + dz * dz) * inverse_support, sigma), ZERO)
         covered = ZERO
-        if hood.walls.number[i] > 0:
-            covered, _ = coverage_and_slope(i, hood)
-        compression[i] = hood.volume * (sigma + summed(content)) + covered - ONE
+        if neighborhood.walls.number[i] > 0:
+            covered, _ = coverage_and_slope(i, neighborhood)
+        compression[i] = neighborhood.volume * (sigma + summed(content)) + covered - ONE
 
 
 @njit(**FAST)
@@ -110,11 +119,11 @@ def density_multiplier(begin, end, compression, diagonal, relaxation, limit, mul
 
 
 @njit(**FAST)
-def density_push(begin, end, hood, multiplier, push):
-    """Fill push (3, N) with the position corrections dx_i [m] of Eq. 22; hood: `Neighborhood`, multiplier (N,): L_i [m2]."""
-    points, period, fluid = hood.points, hood.period, hood.fluid
-    inverse_support = ONE / hood.support
-    factor = hood.volume * inverse_support * inverse_support
+def density_push(begin, end, neighborhood, multiplier, push):
+    """Fill push (3, N) with the position corrections dx_i [m] of Eq. 22; neighborhood: `Neighborhood`, multiplier (N,): L_i [m2]."""
+    points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
+    inverse_support = ONE / neighborhood.support
+    factor = neighborhood.volume * inverse_support * inverse_support
     for i in range(begin, end):
         own = multiplier[i]
         px = py = pz = spread(ZERO)
@@ -123,14 +132,14 @@ def density_push(begin, end, hood, multiplier, push):
             present = below(last, k)
             j = load(fluid.neighbor, k, present)
             dx, dy, dz, _ = separations(i, points, points, j, period)
-            slope = kernel_slope_over_q(root(dx * dx + dy * dy + dz * dz) * inverse_support, hood.sigma)
+            slope = kernel_slope_over_q(root(dx * dx + dy * dy + dz * dz) * inverse_support, neighborhood.sigma)
             slope = only(present, slope * (own + gather(multiplier, j)), ZERO)
             px += slope * dx
             py += slope * dy
             pz += slope * dz
         bx = by = bz = ZERO
-        if own != ZERO and hood.walls.number[i] > 0:
-            _, (bx, by, bz) = coverage_and_slope(i, hood)
+        if own != ZERO and neighborhood.walls.number[i] > 0:
+            _, (bx, by, bz) = coverage_and_slope(i, neighborhood)
         mobility = points[i, 3]
         push[0, i] = mobility * (factor * summed(px) + own * bx)
         push[1, i] = mobility * (factor * summed(py) + own * by)
@@ -138,22 +147,27 @@ def density_push(begin, end, hood, multiplier, push):
 
 
 @njit(**FAST)
-def push_reaction(pairs, hood, multiplier, reference_density, reaction):
+def push_reaction(pairs, neighborhood, multiplier, reference_density, reaction):
     """Add to `reaction` the opposite of mass times the push of Eq. 22 that moving bodies give to particles.
 
     pairs                 the step's `BodyPairs`
-    hood                  the `Neighborhood`
+    neighborhood                  the `Neighborhood`
     multiplier (N,)       L_i [m2]
     reference_density     rho_ref [kg/m3]
     reaction (bodies, 6)  mass times displacement [kg m] and its moment [kg m2]
     """
-    points, wall, inverse_support = hood.points, hood.wall_points, ONE / hood.support
+    points, wall, inverse_support = neighborhood.points, neighborhood.wall_points, ONE / neighborhood.support
     for n in range(pairs.particle.size):
         i, b = pairs.particle[n], pairs.point[n]
         dx, dy, dz = nearest_images(
-            points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], hood.period
+            points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], neighborhood.period
         )
         r = math.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-        slope = wall[b, 3] * kernel_slope_over_q(r * inverse_support, hood.sigma) * inverse_support * inverse_support
-        slope *= -hood.volume * reference_density * multiplier[i]
+        slope = (
+            wall[b, 3]
+            * kernel_slope_over_q(r * inverse_support, neighborhood.sigma)
+            * inverse_support
+            * inverse_support
+        )
+        slope *= -neighborhood.volume * reference_density * multiplier[i]
         add_wrench(reaction, pairs.body[n], pairs.arm, n, slope * dx, slope * dy, slope * dz)

@@ -13,7 +13,7 @@ At the distance s from a flat surface the sum is f N(s), and its slope |g_i| is 
 So |g| d / (1 + e) tells s, and f = (1 + e) / N(s). The sum over a lattice's first layer is up to 3 % above N: with the integral alone a
 pool on its lattice melts, and with the lattice's value alone disordered water is pressed. Between the two nothing is asked for.
 
-Without this the liquid swells wherever a flow draws its surface together, because relaxation mends only compression there: a heap without
+Without this the liquid swells wherever a flow draws its surface together, because relaxation repairs only compression there: a heap without
 weight stands before a towed skirt, and waves of 32 particles run 0.8 % too fast. The density near a surface counts as far as the
 liquid is under pressure. Falling liquid has edges and corners for a surface, and must not push itself apart. Pressure cannot pull, and so
 nothing here holds drops or sheets together. Spray contracts at will.

@@ -1,4 +1,4 @@
-"""Relaxation: one gentle step towards constant density, even order and quiet velocities. Positions never become velocity.
+"""Relaxation: one gentle step towards constant density, even order and smooth velocities (XSPH). Positions never become velocity.
 
     dx_i = sum_j V c_ij (L_i + L_j - (b_i + b_j) (1 - a q^2)) grad W_ij + 2 L_i sum_b V_b grad W_ib - beta_i d^2 g_i
     v_i -= theta sum_j V W_ij c_ij [v_i - v_j + (G_i + G_j) x_ij / 2],    theta = 1 - exp(-dt / tau)
@@ -7,8 +7,8 @@
 with the particle spacing d, the support radius H, the lattice's a, and e_i, g_i, G_i of `particle_sums`.
 
 **Density.** The multipliers L_i = -omega e_i / a_0 are those of the density constraint of Qiu et al. 2021 (Eq. 15-22), with the lattice's
-a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13. A pass mends a share omega of the error and leaves the rest to the next step. Where
-that is too little, a pass mends half as much again, and further passes follow, with inertia (Polyak 1964). Inside the liquid the error
+a_0 = V^2 sum |grad W|^2 for the diagonal of Eq. 13. A pass repairs a share omega of the error and leaves the rest to the next step. Where
+that is too little, a pass repairs half as much again, and further passes follow, with inertia (Polyak 1964). Inside the liquid the error
 counts with both signs; near a free surface only compression counts.
 
 **Quiet.** The filter removes motion that linear flow cannot explain, so that shear and rotation pass. It acts in every step. If it acted in
@@ -59,15 +59,15 @@ from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_
 
 Real = NDArray[np.float32]
 
-# [1] omega, share of the density error that a pass mends; tuned; not on record
+# [1] omega, share of the density error that a pass repairs; tuned; not on record
 OMEGA = 0.2
-# [1] by how much more a pass mends where omega will not do; measured; with 2 passes overshoot, with 3 they swing
+# [1] by how much more a pass repairs where omega will not do; measured; with 2 passes overshoot, with 3 they swing
 HURRY = np.float32(1.5)
 # [1] beta of any flow at most; tuned; not on record
 LARGEST_SHIFT = np.float32(0.5)
 # [1] beta for each unit of |G| dt; tuned; not on record
 SHIFT_BY_STRAIN = np.float32(10.0)
-# [1] share of a pass's push that the step's next pass repeats; measured (form: Polyak 1964); smooth errors are mended in fewer passes
+# [1] share of a pass's push that the step's next pass repeats; measured (form: Polyak 1964); smooth errors are repaired in fewer passes
 INERTIA = np.float32(0.7)
 # [1] share of the mean compression taken to be left after a pass; measured; 0.6 to 0.7 in `calm-spread`, and the step's shift comes after
 LEFT = 0.75
@@ -93,7 +93,7 @@ class RelaxationConstants(NamedTuple):
 class Relaxation(NamedTuple):
     """Changes that relaxation makes.
 
-    push (3, N)       way by which the last pass mends density [m]
+    push (3, N)       way by which the last pass repairs density [m]
     shift (3, N)      way by which the step's first pass evens out the order, made by the next step [m]
     change (3, N)     change of velocity by the filter, in the first pass [m/s]
     moved (3, N)      sum of the step's pushes and of the shift [m]
@@ -233,20 +233,26 @@ def push_beside_wall(px, py, pz, own, coverage, slope, touching):
 
 
 @njit(**FAST)
-def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
+def relax(begin, end, constants, neighborhood, flow, multiplier, first, relaxation):
     """Compute the push of a pass, and in a step's first pass also the shift and the filter's change of velocity.
 
     constants         `RelaxationConstants`
-    hood              the `Neighborhood`
+    neighborhood              the `Neighborhood`
     flow (N, 16)      columns as in `flow`
     multiplier (N,)   L_i [m2]
     first             whether this is the step's first pass
     relaxation        `Relaxation`: `push` of the last pass becomes that of this one; if `first`, `shift` and `change` are filled
     """
     balance, theta, inertia, touching = constants
-    points, period, fluid, sigma, volume = hood.points, hood.period, hood.fluid, hood.sigma, hood.volume
+    points, period, fluid, sigma, volume = (
+        neighborhood.points,
+        neighborhood.period,
+        neighborhood.fluid,
+        neighborhood.sigma,
+        neighborhood.volume,
+    )
     push, shift, change, _ = relaxation
-    inverse_support = ONE / hood.support
+    inverse_support = ONE / neighborhood.support
     factor = volume * inverse_support * inverse_support
     for i in range(begin, end):
         ui, vi, wi, weight = flow[i, 0], flow[i, 1], flow[i, 2], flow[i, WEIGHT]
@@ -283,8 +289,8 @@ def relax(begin, end, constants, hood, flow, multiplier, first, relaxation):
         to_x = inertia * push[0, i] + weight * summed(px)
         to_y = inertia * push[1, i] + weight * summed(py)
         to_z = inertia * push[2, i] + weight * summed(pz)
-        if hood.walls.number[i] > 0:
-            coverage, towards = coverage_and_slope(i, hood)
+        if neighborhood.walls.number[i] > 0:
+            coverage, towards = coverage_and_slope(i, neighborhood)
             to_x, to_y, to_z = push_beside_wall(to_x, to_y, to_z, own, coverage, towards, touching)
         push[0, i], push[1, i], push[2, i] = to_x, to_y, to_z
         if first:

@@ -81,7 +81,7 @@ class Fluid(FluidView):
         """
         index = self.config.phase_index(phase)
         points, speeds = checks.particles(self.config, phase, position, velocity)
-        self.land()
+        self.finish_step()
         checks.places_of_their_own(self.config, phase, points, self.state.position)
         self._insert(points, speeds, index)
 
@@ -92,40 +92,41 @@ class Fluid(FluidView):
         self._relative_speed = None
 
     def set_velocities(self, velocity: ArrayLike) -> None:
-        """Give all particles velocities (3, N) [m/s] from now on, in the order of `particles` before the call, which lands the step.
+        """Give all particles velocities (3, N) [m/s] from now on, in the order of `particles` before the call, which finishes the step.
 
         ValueError for another shape, for numbers that are not finite, and in two dimensions for velocities along y.
         """
         given = checks.velocities(self.config, velocity, self.state.count)
-        self.state.velocity[:] = given[:, self._landed()]
+        self.state.velocity[:] = given[:, self._finished()]
         self._disturbed()
 
     def remove_particles(self, chosen: NDArray[np.bool_]) -> None:
-        """Take out the particles that are True in `chosen` (N,), in the order of `particles` before the call, which lands the step.
+        """Take out the particles that are True in `chosen` (N,), in the order of `particles` before the call, which finishes the step.
 
         ValueError for another shape or type.
         """
         marks = np.asarray(chosen)
         if marks.dtype != np.bool_ or marks.shape != (self.state.count,):
             raise ValueError(f"chosen is {marks.dtype} {marks.shape}, allowed: bool ({self.state.count},)")
-        if self.state.remove(marks[self._landed()], self.tools.team):
+        if self.state.remove(marks[self._finished()], self.tools.team):
             self.tools.lists.forget()
         self._disturbed()
 
-    def _landed(self) -> NDArray[np.int64]:
-        """Land, which may sort particles and take some out; return where those that are left (N,) were before."""
+    def _finished(self) -> NDArray[np.int64]:
+        """Finish the step, which may sort particles and take some out; return where those that are left (N,) were before."""
         before = self.state.id
-        self.land()
+        self.finish_step()
         return places_of(self.state.id, before)
 
     def swap_particles(self, first: ArrayLike, second: ArrayLike) -> None:
         """Let particles change places in pairs: first, second (n,) ids. Volumes, masses and each pair's momentum stay.
 
         A particle takes over the velocity of its new place, but for a small change that it shares with its partner (`FluidState.swap`).
-        Accounts of energy and momentum book the change as "swaps". It lands the step. ValueError for ids that occur twice, or that do not
+        Accounts of energy and momentum book the change as "swaps". It finishes the step. ValueError for ids that occur twice, or that do
+        not
         exist then.
         """
-        self.land()  # first, because particles may leave
+        self.finish_step()  # first, because particles may leave
         rows = places_of(checks.pairs_of_ids(first, second, self.state.id), self.state.id)
         with self._swapping(rows.ravel()):
             mass = self.config.rest_volume * np.array([phase.rest_density for phase in self.config.phases])
@@ -134,11 +135,11 @@ class Fluid(FluidView):
     def change_phase(self, ids: ArrayLike, phase: str) -> NDArray[np.uint32]:
         """Let particles become another liquid where they are, at the velocity they have; return their new ids (n,).
 
-        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. It lands the
+        Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. It finishes the
         step. ValueError for ids that occur twice, or that do not exist then.
         """
         index = self.config.phase_index(phase)
-        self.land()  # first, because particles may leave
+        self.finish_step()  # first, because particles may leave
         rows = places_of(checks.known_ids(ids, self.state.id), self.state.id)
         fresh = np.arange(self.state.next_id, self.state.next_id + rows.size, dtype=np.uint32)
         with self._swapping(rows):
@@ -202,7 +203,7 @@ class Fluid(FluidView):
         )
         checks.motion(self.config, handle, self.tools.walls.boundaries, motion)
         if handle not in self.tools.walls.moving:
-            self.land()
+            self.finish_step()
         change = self.tools.walls.set_motion(handle, motion)
         if change * self.config.longest_time_step > self.config.cfl * self.config.particle_spacing:
             self._relative_speed = None  # found before this jump
@@ -242,7 +243,8 @@ class Fluid(FluidView):
         """Advance by `duration` [s] in CFL sub-steps; ValueError for a duration that is not above 0, FluidError for a value not finite.
 
         Where bodies move, in the paper's scheme, and as long as nothing is known of how the liquid deforms, a whole number of equal
-        steps fills the duration. Else a step goes on into the next advance, unless `land` ends it: particles fly with the velocities of its
+        steps fills the duration. Else a step goes on into the next advance, unless `finish_step` ends it: particles move with the
+        velocities of its
         beginning, and are seen where they then are.
         """
         if not 0.0 < duration < math.inf:
@@ -253,24 +255,24 @@ class Fluid(FluidView):
             self.tools.budget.open()
         start, done = self.time, 0.0
         while done < duration * (1.0 - 1e-9):
-            done += self._fly(duration - done)
+            done += self._advect(duration - done)
             self.time = start + done
-            if self.state.to_fly == 0.0:
+            if self.state.time_left == 0.0:
                 self._end_step()
         self.time, self._duration = start + duration, duration
         self._check()
         return self._report()
 
-    def land(self) -> None:
+    def finish_step(self) -> None:
         """End the step that has begun where it is, if one has: after this, velocities are those of the present positions.
 
         What that changes is in the report of the next advance.
         """
-        if self.state.to_fly > 0.0:
-            flown, self.state.to_fly = self.state.step - self.state.to_fly, 0.0
-            if flown == 0.0:  # the step that has just begun
+        if self.state.time_left > 0.0:
+            passed, self.state.time_left = self.state.step - self.state.time_left, 0.0
+            if passed == 0.0:  # the step that has just begun
                 return
-            self.state.step = flown
+            self.state.step = passed
             with self.tools.booked():
                 self._end_step()
 
@@ -297,22 +299,22 @@ class Fluid(FluidView):
         """Tell whether steps must end where advances do: bodies take part in them, or the liquid's deformation is not known yet."""
         return self.config.scheme == "paper" or bool(self.tools.walls.moving) or self._relative_speed is None
 
-    def _fly(self, left: float) -> float:
-        """Begin a step if none has begun, and fly on for its rest, but not for more than `left`; returns for how long [s]."""
+    def _advect(self, left: float) -> float:
+        """Begin a step if none has begun, and move particles for its rest, but not for more than `left`; returns for how long [s]."""
         state = self.state
-        if state.to_fly == 0.0:
+        if state.time_left == 0.0:
             wanted = left if self._is_void else self._time_step()
-            state.step = state.to_fly = equal_steps(left, wanted) if self._keeps_step() else wanted
-        flight = state.to_fly if state.to_fly <= left * (1.0 + 1e-9) else left
+            state.step = state.time_left = equal_steps(left, wanted) if self._keeps_step() else wanted
+        span = state.time_left if state.time_left <= left * (1.0 + 1e-9) else left
         with self.tools.stage("emitters"):
-            self._emit(flight)
+            self._emit(span)
         if self.config.scheme == "split":
-            advect(self.tools, state, flight)
-        state.to_fly -= flight
-        return flight
+            advect(self.tools, state, span)
+        state.time_left -= span
+        return span
 
     def _end_step(self) -> None:
-        """Run the stages of a step where its flight ends."""
+        """Run the stages of a step where its span ends."""
         time_step = self.state.step
         if self._is_void:
             apply_gravity(self.tools, self.state, time_step)  # and what else acts on bodies

@@ -32,15 +32,15 @@ REGULAR = np.float32(0.01)
 
 
 @inlined
-def sum_over_fluid(i, hood, flow):
+def sum_over_fluid(i, neighborhood, flow):
     """Sum over the fluid neighbours j of particle i: the fluid's parts of density, g_i and M_i, and what G_i is made of.
 
     Returns sum_j W_ij [1/m3], sum_j V grad W_ij [1/m] (3), sum_j V grad W_ij x_ij^T [1] (6) and sum_j V (v_j - v_i) grad W_ij^T [1/s] (9).
     flow (N, 16) holds velocities [m/s].
     """
-    points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
-    inverse_support = ONE / hood.support
-    factor = -hood.volume * inverse_support * inverse_support
+    points, period, fluid, sigma = neighborhood.points, neighborhood.period, neighborhood.fluid, neighborhood.sigma
+    inverse_support = ONE / neighborhood.support
+    factor = -neighborhood.volume * inverse_support * inverse_support
     ui, vi, wi = flow[i, 0], flow[i, 1], flow[i, 2]
     content = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
     axx = axy = axz = ayx = ayy = ayz = azx = azy = azz = spread(ZERO)
@@ -86,21 +86,21 @@ def sum_over_fluid(i, hood, flow):
 
 
 @inlined
-def sum_over_walls(i, hood, scale):
+def sum_over_walls(i, neighborhood, scale):
     """Sum over the wall neighbours b of particle i: coverage, slope and moments.
 
     Returns the coverage sum_b V_b W_ib [1], and times scale H^2 the slope sum_b V_b grad W_ib [1/m] (3) and the moment
     sum_b V_b grad W_ib x_ib^T [1] (6); scale: 1 / H^2 [1/m2], or 1 where the sums are scaled afterwards. The compiler removes what a caller
     does not use.
     """
-    wall, period, walls, sigma = hood.wall_points, hood.period, hood.walls, hood.sigma
-    inverse_support = ONE / hood.support
+    wall, period, walls, sigma = neighborhood.wall_points, neighborhood.period, neighborhood.walls, neighborhood.sigma
+    inverse_support = ONE / neighborhood.support
     coverage = gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
-        dx, dy, dz, volume = separations(i, hood.points, wall, b, period)
+        dx, dy, dz, volume = separations(i, neighborhood.points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
         share = only(present, volume, ZERO)
         coverage += share * kernel(q, sigma)
@@ -120,29 +120,29 @@ def sum_over_walls(i, hood, scale):
 
 
 @inlined
-def coverage_and_slope(i, hood):
-    """Return the coverage sum_b V_b W_ib [1] and the slope sum_b V_b grad W_ib [1/m] (3) of particle i; hood: `Neighborhood`."""
-    inverse_support = ONE / hood.support
-    coverage, (gx, gy, gz), _ = sum_over_walls(i, hood, ONE)
+def coverage_and_slope(i, neighborhood):
+    """Return the coverage sum_b V_b W_ib [1] and the slope sum_b V_b grad W_ib [1/m] (3) of particle i; neighborhood: `Neighborhood`."""
+    inverse_support = ONE / neighborhood.support
+    coverage, (gx, gy, gz), _ = sum_over_walls(i, neighborhood, ONE)
     factor = inverse_support * inverse_support
     return coverage, (factor * gx, factor * gy, factor * gz)
 
 
 @njit(**FAST)
-def sum_over_neighbors(begin, end, hood, shares, compression, gradient_sum, flow, matrix):
+def sum_over_neighbors(begin, end, neighborhood, shares, compression, gradient_sum, flow, matrix):
     """Fill compression, gradient sum, velocity gradient and correction matrix of the particles begin to end.
 
-    hood                     the `Neighborhood`
+    neighborhood                     the `Neighborhood`
     shares                   the `CorrectionShares`
     compression (N,)         becomes e_i [1]
     gradient_sum (3, N)      becomes g_i [1/m]
     flow (N, 16)             holds velocities [m/s], receives G_i [1/s]; G_i is 0 where the fluid neighbours do not span space
     matrix (N, 8)            becomes Y_i [1] of `gradient_correction`, as xx, xy, xz, yy, yz, zz
     """
-    inverse_support = ONE / hood.support
+    inverse_support = ONE / neighborhood.support
     scale, plane = inverse_support * inverse_support, shares.plane
     for i in range(begin, end):
-        content, slope, moment, strain = sum_over_fluid(i, hood, flow)
+        content, slope, moment, strain = sum_over_fluid(i, neighborhood, flow)
         if plane:
             moment = moment[0], moment[1], moment[2], ONE, moment[4], moment[5]
         if determinant(moment) > REGULAR:
@@ -152,9 +152,9 @@ def sum_over_neighbors(begin, end, hood, shares, compression, gradient_sum, flow
                 row = GRADIENT + 4 * axis
                 flow[i, row] = flow[i, row + 1] = flow[i, row + 2] = ZERO
         solid, push, more = ZERO, (ZERO, ZERO, ZERO), (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
-        if hood.walls.number[i] > 0:
-            solid, push, more = sum_over_walls(i, hood, scale)
-        compression[i] = hood.volume * (hood.sigma + content) + solid - ONE
+        if neighborhood.walls.number[i] > 0:
+            solid, push, more = sum_over_walls(i, neighborhood, scale)
+        compression[i] = neighborhood.volume * (neighborhood.sigma + content) + solid - ONE
         for axis in range(3):
             gradient_sum[axis, i] = slope[axis] + push[axis]
         whole = (

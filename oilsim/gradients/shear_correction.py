@@ -31,7 +31,7 @@ from oilsim.neighborhood.smoothing_kernels import kernel_slope_over_q
 
 # [1] largest change of an entry of Y; measured; one particle in a hundred of a splash would take more
 LARGEST = np.float32(0.1)
-# [1] length of the step in Jacobi steps; theory (Richardson 1911); smooth and alternating changes are mended alike
+# [1] length of the step in Jacobi steps; theory (Richardson 1911); smooth and alternating changes are repaired alike
 LENGTH = np.float32(1.5)
 # [1] by how much of their length pair vectors may grow; theory; three entries of a row change by LARGEST
 STRETCH = 3.0 * float(LARGEST)
@@ -44,24 +44,24 @@ def limited(change):
 
 
 @njit(**FAST)
-def correct_for_shear(begin, end, hood, matrix, flow, surface, unit, plane, mended):
-    """Fill `mended` with the correction matrices of the module's docstring.
+def correct_for_shear(begin, end, neighborhood, matrix, flow, surface, unit, plane, repaired):
+    """Fill `repaired` with the correction matrices of the module's docstring.
 
-    hood              the `Neighborhood`
+    neighborhood              the `Neighborhood`
     matrix (N, 8)     Y_i of `gradient_correction` [1]
     flow (N, 16)      columns as in `flow`, with the velocity gradients [1/s]
     surface (N,)      uint8, `FreeSurface` of each particle
     unit              t_u [s]
     plane             whether y is absent
-    mended (N, 8)     becomes Y_i after the correction [1]
+    repaired (N, 8)     becomes Y_i after the correction [1]
     """
-    points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
-    inverse_support = ONE / hood.support
-    factor = -hood.volume * inverse_support * inverse_support
+    points, period, fluid, sigma = neighborhood.points, neighborhood.period, neighborhood.fluid, neighborhood.sigma
+    inverse_support = ONE / neighborhood.support
+    factor = -neighborhood.volume * inverse_support * inverse_support
     for i in range(begin, end):
         for entry in range(8):
-            mended[i, entry] = matrix[i, entry]
-        if surface[i] or hood.walls.number[i] > 0:
+            repaired[i, entry] = matrix[i, entry]
+        if surface[i] or neighborhood.walls.number[i] > 0:
             continue
         xx = xy = xz = yy = yz = zz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
@@ -79,9 +79,9 @@ def correct_for_shear(begin, end, hood, matrix, flow, surface, unit, plane, mend
             xz += gx * dz + gz * dx
             yz += gy * dz + gz * dy
         share = LENGTH * min(unit * math.sqrt(squared_shear_rate(flow, i)), ONE)
-        mended[i, 0] += limited(share * (ONE - summed(xx)))
-        mended[i, 1] -= limited(share * HALF * summed(xy))
-        mended[i, 2] -= limited(share * HALF * summed(xz))
-        mended[i, 3] += ZERO if plane else limited(share * (ONE - summed(yy)))
-        mended[i, 4] -= limited(share * HALF * summed(yz))
-        mended[i, 5] += limited(share * (ONE - summed(zz)))
+        repaired[i, 0] += limited(share * (ONE - summed(xx)))
+        repaired[i, 1] -= limited(share * HALF * summed(xy))
+        repaired[i, 2] -= limited(share * HALF * summed(xz))
+        repaired[i, 3] += ZERO if plane else limited(share * (ONE - summed(yy)))
+        repaired[i, 4] -= limited(share * HALF * summed(yz))
+        repaired[i, 5] += limited(share * (ONE - summed(zz)))

@@ -1,20 +1,20 @@
 """Bound-constrained conjugate residuals for the pressure: kappa >= 0, A kappa - b >= 0, complementary.
 
-The face is the set of particles that are under pressure or would be after one Jacobi step: kappa > g / diag A, with g = A kappa - b, the
-rate of compression that is left. On the face, and as if there were no bound, the solver minimises g by conjugate residuals (Stiefel 1955;
-Saad 2003, 6.8). The preconditioner is the diagonal, and a term that the system may add (`coarse_grid`). The tolerance is for |g|.
-Pressures that have become negative count as the compression that clamping them would add. Where that is too much the solver sets them to
-0, which takes one product more, and chooses the face anew. This is the primal-dual active set strategy of Hintermueller, Ito and Kunisch
-(2003), with a few steps in place of the exact solution. A round ends when clamping would undo a quarter of the residual on the face. It
-also ends after three digits, because the preconditioner's effect on g is carried on by recurrence and drifts off.
+The free set is the set of particles that are under pressure or would be after one Jacobi step: kappa > g / diag A, with g = A kappa - b,
+the rate of compression that is left. On the free set, and as if there were no bound, the solver minimises g by conjugate residuals (Stiefel
+1955; Saad 2003, 6.8). The preconditioner is the diagonal, and a term that the system may add (`coarse_grid`). The tolerance is for |g|.
+Pressures that have become negative count as the compression that clamping them would add. Where that is too much the solver sets them to 0,
+which takes one application of A more, and chooses the free set anew. This is the primal-dual active set strategy of Hintermueller, Ito and
+Kunisch (2003), with a few steps in place of the exact solution. A round ends when clamping would undo a quarter of the residual in the free
+set. It also ends after three digits, because the preconditioner's effect on g is carried on by recurrence and drifts off.
 
 The mean over a sea hides a slick of oil with the water that it touches, or the particles beside a body. These groups must meet the
 tolerance for themselves. When all particles together have enough, the solver works on a group that has not, with the pressure of all
-others as it is, and tells the others by a product of the whole: a subdomain of the multiplicative Schwarz method (Smith, Bjorstad and
-Gropp 1996, 1.1). Products among a group cost its share of the particles.
+others as it is, and tells the others by one application of the whole: a subdomain of the multiplicative Schwarz method (Smith, Bjorstad and
+Gropp 1996, 1.1). Applications to a group cost its share of the particles.
 
 A body far lighter than water ties all particles around it together, and clamping some may then do more harm than the steps did good. The
-solver takes back a round that leaves the energy of the error greater than it found it, and begins the next round with a projected gradient
+solver rolls back a round that leaves the energy of the error greater than it found it, and begins the next round with a projected gradient
 step, cut to what reduces the error. Liquid that fills a closed box has no surface at which it could part: its pressure has no bound and no
 level there. Particles draw together under suction and keep apart under pressure, so the mean lies AMBIENT standard deviations above 0, or
 as high as tensions ask for.
@@ -29,18 +29,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.backend.thread_team import Team, block_count, total
-from oilsim.pressure.residual_steps import Pressures, SearchDirection, advance, choose_face, dot, left_over, turn
+from oilsim.pressure.residual_steps import (
+    Pressures,
+    SearchDirection,
+    advance,
+    choose_free_set,
+    dot,
+    left_over,
+    next_direction,
+)
 
 Real = NDArray[np.float32]
 Index = NDArray[np.uint32]
 
 # [1] standard deviations by which the mean pressure of a closed box lies above 0; measured; all but a fifteenth of the particles is pressed
 AMBIENT = 1.5
-# [1] share of the residual on the face that clamping may undo before a round ends; measured; with 1 solves take up to a sixth more products
+# [1] share of the residual in the free set that clamping may undo before a round ends; measured; with 1 solves take a sixth longer
 SPOILT = 0.25
 # [1] share of a round's first curvature at which a round ends; measured; further on recurrence drifts off: the coarse grid is not linear
 FAITHFUL = 1e-6
-# [1] products of a solve at least; measured; residuals left at the tolerance add up in water at rest
+# [1] applications of A in a solve at least; measured; residuals left at the tolerance add up in water at rest
 LEAST = 2
 
 
@@ -50,7 +58,7 @@ class System:
     A system overrides the methods that it needs.
     """
 
-    def product(self, vector: Real, image: Real) -> None:
+    def apply(self, vector: Real, image: Real) -> None:
         """Write A vector [1/s] into image, both (N,); vector [m2/s]."""
         raise NotImplementedError
 
@@ -59,19 +67,19 @@ class System:
         raise NotImplementedError
 
     def centre(self, values: Real) -> None:
-        """Take off the values (N,) [1/s] what no pressure can mend."""
+        """Take off the values (N,) [1/s] what no pressure can repair."""
 
-    def correct(self, residual: Real, face: Real, correction: Real) -> None:
+    def correct(self, residual: Real, free: Real, correction: Real) -> None:
         """Add to `correction` (N,) [m2/s] the preconditioner's part beside the diagonal, symmetric and positive semi-definite.
 
-        residual (N,) [1/s]; face (N,): 1 on the face, 0 elsewhere.
+        residual (N,) [1/s]; free (N,): 1 in the free set, 0 elsewhere.
         """
 
-    def turn(self, share: float) -> None:
-        """Make the way to follow the vector of the last product, and `share` of the way so far."""
+    def set_direction(self, beta: float) -> None:
+        """Set the search direction to the vector of the last application plus `beta` times the last direction."""
 
-    def follow(self, length: float) -> None:
-        """Follow kappa, which has moved by -length times the way."""
+    def take_step(self, length: float) -> None:
+        """Move by -length along the search direction, as kappa has."""
 
 
 class BoundConstrainedSolver:
@@ -91,7 +99,7 @@ class BoundConstrainedSolver:
             vectors = np.zeros((8, kappa.size), np.float32)
             self._scaled, self._product = vectors[:2]
             self._search = SearchDirection(*vectors[2:5])
-            self._first_kappa, self._first_gradient, self._face = vectors[5:]
+            self._first_kappa, self._first_gradient, self._free = vectors[5:]
             self._sums = np.zeros((block_count(count), 3))
 
     def solve(
@@ -104,12 +112,12 @@ class BoundConstrainedSolver:
         watched: Sequence[Index] = (),
         count: int | None = None,
     ) -> tuple[int, float]:
-        """Refine kappa (N,) [m2/s] in place until the mean residual is `tolerance` [1/s]; return the products used and that mean [1/s].
+        """Refine kappa (N,) [m2/s] in place until the mean residual is `tolerance` [1/s]; return the applications of A and that mean [1/s].
 
         pressures      `Pressures`, (N,) each; kappa is nowhere negative where `level` is None, and gradient moves with it
-        iterations     products at most; a few more may be needed to end with a valid pressure
+        iterations     applications at most; a few more may be needed to end with a valid pressure
         level          least mean kappa [m2/s] of liquid that fills a box, whose pressure has no bound; None of other liquid
-        watched        groups of particles whose own means must meet the tolerance too; products among a group count by its share
+        watched        groups of particles whose own means must meet the tolerance too; applications to a group count by its share
         count          number of particles to solve for, the first ones, all by default; kappa of the others stays, their gradient is 0
         """
         kappa, gradient = pressures.kappa, pressures.gradient
@@ -140,12 +148,15 @@ class BoundConstrainedSolver:
         self._become(self._kappa + np.float32(mean - self._kappa.mean(dtype=np.float64)))
 
     def _solve_all(self, least: int, most: int) -> tuple[int, float]:
-        """Refine kappa until the residual is within the limit; return products and the residual. kappa may be left negative in places."""
+        """Refine kappa until the residual is within the limit; return applications and the residual.
+
+        Kappa may be left negative in places.
+        """
         used, opening = 0, True
         self._begin_round()
         while True:
             residual, *_ = self._run(
-                choose_face, self._pressures, self._mobility, self._closed, opening, self._face, self._scaled
+                choose_free_set, self._pressures, self._mobility, self._closed, opening, self._free, self._scaled
             )
             if opening and (used >= most or (used >= least and residual <= self._limit)):
                 return used, residual
@@ -164,14 +175,14 @@ class BoundConstrainedSolver:
             if self._worse():
                 opening = not clamped or used >= most
                 if opening:
-                    used += self._take_back()
+                    used += self._roll_back()
             else:
                 opening = True
             if opening:
                 self._begin_round()
 
     def _solve_group(self, group: Index, tolerance: float, iterations: int) -> int:
-        """Solve for a group alone, and let the others know; returns products."""
+        """Solve for a group alone, and let the others know; returns applications."""
         self._inner = self._inner or BoundConstrainedSolver(self._team)
         inner, goal, kappa = self._inner, self._kappa.copy(), self._kappa[group]
         pressures = Pressures(kappa, self._gradient[group], self._diagonal[group])
@@ -182,11 +193,11 @@ class BoundConstrainedSolver:
         return 1 + math.ceil(used * group.size / self._size)
 
     def _descend(self, opening: bool, least: int, most: int) -> tuple[int, float]:
-        """Run conjugate residuals on the face, bounds ignored; return products, and the residual with the bounds that it leaves."""
+        """Run conjugate residuals in the free set, bounds ignored; return applications, and the residual with the bounds that it leaves."""
         search = self._search
         search.direction[:], search.image[:] = 0.0, 0.0
-        self._system.correct(self._gradient, self._face, self._scaled)
-        share, first, before, left, used = 0.0, 0.0, 0.0, math.inf, 0
+        self._system.correct(self._gradient, self._free, self._scaled)
+        beta, first, before, left, used = 0.0, 0.0, 0.0, math.inf, 0
         while True:
             self._multiply(self._scaled)
             used += 1
@@ -194,22 +205,29 @@ class BoundConstrainedSolver:
             if not curvature > FAITHFUL * first:
                 return used, left
             first = first or curvature
-            share = curvature / before if used > 1 else 0.0
+            beta = curvature / before if used > 1 else 0.0
             self._team.run(
-                turn, self._size, self._scaled, self._product, np.float32(share), self._mobility, self._face, search
+                next_direction,
+                self._size,
+                self._scaled,
+                self._product,
+                np.float32(beta),
+                self._mobility,
+                self._free,
+                search,
             )
-            self._system.correct(search.image, self._face, search.answer)
-            self._system.turn(share)
-            square = self._dot(search.image, search.answer)
+            self._system.correct(search.image, self._free, search.preconditioned)
+            self._system.set_direction(beta)
+            square = self._dot(search.image, search.preconditioned)
             if not square > 0.0:  # by underflow
                 return used, left
             step, before = curvature / square, curvature
-            on_face, off_face, harm = self._run(
-                advance, self._pressures, self._scaled, search, self._closed, self._face, np.float32(step)
+            on_free, off_free, harm = self._run(
+                advance, self._pressures, self._scaled, search, self._closed, self._free, np.float32(step)
             )
-            self._system.follow(step)
-            left = on_face + off_face + harm
-            spoilt = harm > on_face if harm > 0.0 and not opening else off_face + harm > SPOILT * on_face
+            self._system.take_step(step)
+            left = on_free + off_free + harm
+            spoilt = harm > on_free if harm > 0.0 and not opening else off_free + harm > SPOILT * on_free
             if spoilt or used >= most or (used >= least and left <= self._limit):
                 return used, left
 
@@ -218,7 +236,7 @@ class BoundConstrainedSolver:
         self._first_kappa[:], self._first_gradient[:] = self._kappa, self._gradient
 
     def _clamp(self) -> int:
-        """Set negative pressures to 0; returns products."""
+        """Set negative pressures to 0; returns applications."""
         if self._kappa.min() >= 0.0:
             return 0
         self._become(np.maximum(self._kappa, 0.0))
@@ -231,31 +249,31 @@ class BoundConstrainedSolver:
         np.add(self._gradient, self._first_gradient, out=image)
         return self._dot(direction, image) > 0.0
 
-    def _take_back(self) -> int:
-        """Undo the round, and take a projected gradient step; return products."""
+    def _roll_back(self) -> int:
+        """Undo the round, and take a projected gradient step; return applications."""
         self._become(self._first_kappa)
-        way, scaled = self._search.direction, np.zeros_like(self._scaled)
+        direction, scaled = self._search.direction, np.zeros_like(self._scaled)
         np.divide(self._gradient[: self._size], self._diagonal[: self._size], out=scaled[: self._size])
-        np.subtract(self._kappa, np.maximum(self._kappa - scaled, 0.0), out=way)
-        self._multiply(way)
-        slope, curvature = self._dot(way, self._gradient), self._dot(way, self._product)
-        self._go(way, min(slope / curvature, 1.0) if curvature > 0.0 else 0.0)
+        np.subtract(self._kappa, np.maximum(self._kappa - scaled, 0.0), out=direction)
+        self._multiply(direction)
+        slope, curvature = self._dot(direction, self._gradient), self._dot(direction, self._product)
+        self._go(direction, min(slope / curvature, 1.0) if curvature > 0.0 else 0.0)
         np.maximum(self._kappa, 0.0, out=self._kappa)
         return 2
 
     def _left(self, group: Index) -> float:
         """Return the mean residual [1/s] of a group, with what clamping negative pressures would add to it."""
         sums = np.empty(block_count(group.size))
-        self._team.run(left_over, group.size, group, self._pressures, self._closed, self._face, sums)
+        self._team.run(left_over, group.size, group, self._pressures, self._closed, self._free, sums)
         return total(sums) / group.size
 
     def _multiply(self, vector: Real) -> None:
         """Multiply A and a vector (N,)."""
-        self._system.product(vector, self._product)
+        self._system.apply(vector, self._product)
         self._system.centre(self._product)
 
     def _become(self, kappa: Real) -> None:
-        """Change kappa (N,) to this by a product, with everything that follows it."""
+        """Change kappa (N,) to this by one application, with everything that follows it."""
         direction = self._search.direction
         np.subtract(self._kappa, kappa, out=direction)
         self._multiply(direction)
@@ -263,11 +281,11 @@ class BoundConstrainedSolver:
         self._kappa[:] = kappa
 
     def _go(self, vector: Real, length: float) -> None:
-        """Move kappa by -length times the vector of the last product."""
+        """Move kappa by -length times the vector of the last application."""
         self._kappa -= np.float32(length) * vector
         self._gradient -= np.float32(length) * self._product
-        self._system.turn(0.0)
-        self._system.follow(length)
+        self._system.set_direction(0.0)
+        self._system.take_step(length)
 
     def _dot(self, left: Real, right: Real) -> float:
         sums = self._sums[:, 0].copy()

@@ -1,6 +1,6 @@
 """Pressure on a coarse grid, for the compression that whole regions of liquid have in common.
 
-Conjugate residuals soon mend the compression of single particles. The rest is then spread evenly over the liquid: after six products of a
+Conjugate residuals soon repair the compression of single particles. The rest is then spread evenly over the liquid: after six products of a
 wave's solve seven tenths of it are the same over eight spacings. That drives waves and keeps still water moving. On nodes CELL spacings
 apart, with trilinear shares phi_I,
 
@@ -123,17 +123,17 @@ def occupy(points, cells, turns, cell, number, name, content, corners):
 
 
 @njit(**FAST)
-def restrict(begin, end, length, places, values, face, sums):
+def restrict(begin, end, length, places, values, free, sums):
     """Fill the rows begin to end of sums (parts, nodes) with P^T F values of the parts, of `length` particles each.
 
-    places: `GridPlaces`; values (N,), in the unit of the sums; face (N,): F, 1 on the face and 0 elsewhere [1].
+    places: `GridPlaces`; values (N,), in the unit of the sums; free (N,): F, 1 in the free set and 0 elsewhere [1].
     """
     cell, share, corners = places
     for part in range(begin, end):
         node = sums[part]
         node[:] = 0.0
         for i in range(part * length, min((part + 1) * length, cell.size)):
-            x, y, z, value = share[0, i], share[1, i], share[2, i], values[i] * face[i]
+            x, y, z, value = share[0, i], share[1, i], share[2, i], values[i] * free[i]
             c, left, right = corners[cell[i]], (ONE - x) * value, x * value
             node[c[0]] += left * (ONE - y) * (ONE - z)
             node[c[1]] += left * (ONE - y) * z
@@ -146,17 +146,17 @@ def restrict(begin, end, length, places, values, face, sums):
 
 
 @njit(**FAST)
-def prolong(begin, end, places, node, face, values):
+def prolong(begin, end, places, node, free, values):
     """Add F P node to values (N,), in their unit.
 
-    places: `GridPlaces`; node (nodes,): value of each node; face (N,): F, 1 on the face and 0 elsewhere [1].
+    places: `GridPlaces`; node (nodes,): value of each node; free (N,): F, 1 in the free set and 0 elsewhere [1].
     """
     cell, share, corners = places
     for i in range(begin, end):
         x, y, z, c = share[0, i], share[1, i], share[2, i], corners[cell[i]]
         left = (ONE - y) * ((ONE - z) * node[c[0]] + z * node[c[1]]) + y * ((ONE - z) * node[c[2]] + z * node[c[3]])
         right = (ONE - y) * ((ONE - z) * node[c[4]] + z * node[c[5]]) + y * ((ONE - z) * node[c[6]] + z * node[c[7]])
-        values[i] += face[i] * np.float32((ONE - x) * left + x * right)
+        values[i] += free[i] * np.float32((ONE - x) * left + x * right)
 
 
 @njit(**FAST)
@@ -270,14 +270,14 @@ class CoarsePressure:
         find_extent(position, position.shape[1], self._lower, self._inverse, self._cells, low, high)
         return np.where(self._repeats, 0, low), np.where(self._repeats, self._cells, high - low + 1)
 
-    def correct(self, residual: Real, face: Real, correction: Real) -> None:
-        """Add F P K^-1 P^T F residual to correction (N,) [m2/s]; residual (N,) [1/s], face (N,): F, 1 on the face and 0 elsewhere."""
-        right = self._restrict(residual, face)
+    def correct(self, residual: Real, free: Real, correction: Real) -> None:
+        """Add F P K^-1 P^T F residual to correction (N,) [m2/s]; residual (N,) [1/s], free (N,): F, 1 in the free set and 0 elsewhere."""
+        right = self._restrict(residual, free)
         node, direction, image = np.empty((3, right.size))
         solve_grid(self._resistors, right, LEFT, ROUNDS, node, direction, image)
-        self._team.run(prolong, len(self._places.cell), self._places, node, face, correction)
+        self._team.run(prolong, len(self._places.cell), self._places, node, free, correction)
 
-    def _restrict(self, values: Real, face: Real) -> Double:
+    def _restrict(self, values: Real, free: Real) -> Double:
         """Return P^T F values (nodes,)."""
-        self._team.run_parts(restrict, len(self._sums), self._length, self._places, values, face, self._sums)
+        self._team.run_parts(restrict, len(self._sums), self._length, self._places, values, free, self._sums)
         return np.asarray(self._sums.sum(axis=0))

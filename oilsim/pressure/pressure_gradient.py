@@ -7,7 +7,7 @@ kappa = pressure x time step / rho_ref [m2/s]. Both schemes share the form, with
     (H kappa)_i = sum_j G_ij (kappa_i + kappa_j) + sum_b G_ib (w kappa_i + c_i x_ib . grad kappa_i)     [m/s]
     (H^T v)_i   = sum_j G_ij . (v_i - v_j) + ...    the exact transpose, the rate of compression        [1/s]
 
-paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign mended)
+paper   G_ij = V grad W_ij, G_ib = V_b grad W_ib, w = 1, c = 0                                          (Eq. 7 and 14, sign repaired)
 split   G_ij = (Y_i + Y_j) / 2 V grad W_ij, G_ib likewise with V_b and the lattice's Y (`gradient_correction`), w = 2 and c = 1: a wall
         takes the pressure that the liquid's gradient extrapolates to it. A linear pressure is then balanced near walls as it is inside,
         and water lies still. c fades to 0 where liquid neighbours are too few for a gradient, and at the free surface beside walls at
@@ -120,13 +120,13 @@ def store_vector(vectors, k, present, ax, ay, az):
 
 
 @inlined
-def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
+def cache_wall_gradients(i, neighborhood, matrix, lattice_moment, wall_gradient):
     """Fill wall_gradient (3, Q) with G_ib [1/m] of particle i; returns their sum [1/m] (3 numbers) and the coverage sum_b V_b W_ib [1].
 
-    hood: `Neighborhood`; matrix (N, 8): Y_i [1], or None for 1; lattice_moment: m_0 [1].
+    neighborhood: `Neighborhood`; matrix (N, 8): Y_i [1], or None for 1; lattice_moment: m_0 [1].
     """
-    wall, period, walls = hood.wall_points, hood.period, hood.walls
-    inverse_support = ONE / hood.support
+    wall, period, walls = neighborhood.wall_points, neighborhood.period, neighborhood.walls
+    inverse_support = ONE / neighborhood.support
     factor = inverse_support * inverse_support
     if matrix is not None:
         correction = mean_correction_at_walls(matrix, i, lattice_moment)
@@ -135,11 +135,11 @@ def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
     for k in range(first, last, LANES):
         present = below(last, k)
         b = load(walls.neighbor, k, present)
-        dx, dy, dz, volume = separations(i, hood.points, wall, b, period)
+        dx, dy, dz, volume = separations(i, neighborhood.points, wall, b, period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
         content = only(present, volume, ZERO)
-        cover += content * kernel(q, hood.sigma)
-        slope = factor * content * kernel_slope_over_q(q, hood.sigma)
+        cover += content * kernel(q, neighborhood.sigma)
+        slope = factor * content * kernel_slope_over_q(q, neighborhood.sigma)
         ax, ay, az = slope * dx, slope * dy, slope * dz
         if matrix is not None:
             ax, ay, az = times_symmetric(ax, ay, az, correction)
@@ -151,10 +151,10 @@ def cache_wall_gradients(i, hood, matrix, lattice_moment, wall_gradient):
 
 
 @njit(**FAST)
-def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums, wall_pressure, lever):
+def cache_gradients(begin, end, neighborhood, matrix, constants, by_body, vectors, sums, wall_pressure, lever):
     """Store the pair vectors G_ij and G_ib of the particles begin to end, and the sums that the pressure operator needs.
 
-    hood              the `Neighborhood`
+    neighborhood              the `Neighborhood`
     matrix (N, 8)     Y_i [1]; None for 1
     constants         `PressureConstants`
     by_body (N,)      whether a moving body is within reach
@@ -162,10 +162,10 @@ def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums,
     wall_pressure     `WallPressure` to fill for particles with wall neighbours; None where c = 0
     lever (N, 9)      filled as `fill_wall_pressure` says; None where no body moves
     """
-    points, period, fluid = hood.points, hood.period, hood.fluid
-    quantum, inverse_support, wall_weight = vectors.gradient.quantum, ONE / hood.support, constants.wall_weight
+    points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
+    quantum, inverse_support, wall_weight = vectors.gradient.quantum, ONE / neighborhood.support, constants.wall_weight
     own, wall_slope = vectors.own, sums.wall_slope
-    factor = inverse_support * inverse_support * hood.volume / quantum
+    factor = inverse_support * inverse_support * neighborhood.volume / quantum
     for i in range(begin, end):
         fx = fy = fz = square = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
@@ -174,7 +174,7 @@ def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums,
             j = load(fluid.neighbor, k, present)
             dx, dy, dz, weight = separations(i, points, points, j, period)
             q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-            slope = only(present, factor * kernel_slope_over_q(q, hood.sigma), ZERO)
+            slope = only(present, factor * kernel_slope_over_q(q, neighborhood.sigma), ZERO)
             ax, ay, az = slope * dx, slope * dy, slope * dz
             if matrix is not None:
                 ax, ay, az = times_mean_correction(matrix, i, j, ax, ay, az)
@@ -187,14 +187,14 @@ def cache_gradients(begin, end, hood, matrix, constants, by_body, vectors, sums,
         sx, sy, sz = quantum * summed(fx), quantum * summed(fy), quantum * summed(fz)
         gx, gy, gz = sx, sy, sz
         wx, wy, wz, coverage = ZERO, ZERO, ZERO, ZERO
-        if hood.walls.number[i] > 0:
+        if neighborhood.walls.number[i] > 0:
             wx, wy, wz, coverage = cache_wall_gradients(
-                i, hood, matrix, constants.lattice_moment, vectors.wall_gradient
+                i, neighborhood, matrix, constants.lattice_moment, vectors.wall_gradient
             )
             gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
             if wall_pressure is not None:
                 fill_wall_pressure(
-                    i, hood, vectors, ((sx, sy, sz), (wx, wy, wz)), constants, by_body, wall_pressure, lever
+                    i, neighborhood, vectors, ((sx, sy, sz), (wx, wy, wz)), constants, by_body, wall_pressure, lever
                 )
                 k = wall_pressure.extrapolation[i]
                 gx -= k[0] * sx + k[1] * sy + k[2] * sz
@@ -224,11 +224,11 @@ def show_velocity(i, vx, vy, vz, walls, extrapolation, seen):
 
 
 @njit(**FAST)
-def pressure_velocity(begin, end, chosen, hood, vectors, extrapolation, kappa, change, seen, push):
+def pressure_velocity(begin, end, chosen, neighborhood, vectors, extrapolation, kappa, change, seen, push):
     """Compute the effect u_i = (rho_ref / rho_i0) (H kappa)_i of a pressure on the velocities of chosen particles (Eq. 14).
 
     chosen (K,)             particles, of which those from begin to end are computed
-    hood                    the `Neighborhood`
+    neighborhood                    the `Neighborhood`
     vectors                 `PressureVectors`
     extrapolation (N, 9)    K_i [1]; None for 0
     kappa (N,)              pressure [m2/s]
@@ -237,11 +237,11 @@ def pressure_velocity(begin, end, chosen, hood, vectors, extrapolation, kappa, c
     push (N, 3)             becomes sum_j G_ij kappa_j [m/s], by which bodies beside walls are pressed too; None where no body moves
     """
     neighbor, quantum, own, walls, fluid = (
-        hood.fluid.neighbor,
+        neighborhood.fluid.neighbor,
         vectors.gradient.quantum,
         vectors.own,
-        hood.walls,
-        hood.fluid,
+        neighborhood.walls,
+        neighborhood.fluid,
     )
     whole_x, whole_y, whole_z = rows(vectors.gradient.whole)
     for n in range(begin, end):
@@ -262,7 +262,7 @@ def pressure_velocity(begin, end, chosen, hood, vectors, extrapolation, kappa, c
             ux += k[0] * sx + k[1] * sy + k[2] * sz
             uy += k[3] * sx + k[4] * sy + k[5] * sz
             uz += k[6] * sx + k[7] * sy + k[8] * sz
-        weight = hood.points[i, 3]
+        weight = neighborhood.points[i, 3]
         ux, uy, uz = weight * ux, weight * uy, weight * uz
         change[0, i], change[1, i], change[2, i] = ux, uy, uz
         show_velocity(i, ux, uy, uz, walls, extrapolation, seen)

@@ -1,4 +1,4 @@
-"""The kernels of `bounded_solver`: the face, a step of conjugate residuals on it (Saad 2003, 6.8), and the residual with the bounds."""
+"""The kernels of `bounded_solver`: the free set, a step of conjugate residuals on it (Saad 2003, 6.8), and the residual with the bounds."""
 
 from __future__ import annotations
 
@@ -34,24 +34,24 @@ class SearchDirection(NamedTuple):
 
     direction (N,)    p [m2/s]
     image (N,)        A p [1/s]
-    answer (N,)       M^-1 A p [m2/s], M^-1 the preconditioner on the face
+    answer (N,)       M^-1 A p [m2/s], M^-1 the preconditioner in the free set
     """
 
     direction: Real
     image: Real
-    answer: Real
+    preconditioned: Real
 
 
 @njit(**FAST)
-def choose_face(begin, end, pressures, mobility, closed, opening, face, scaled, sums):
-    """Choose the face, and add up the residual with what clamping negative pressures would add to it.
+def choose_free_set(begin, end, pressures, mobility, closed, opening, free, scaled, sums):
+    """Choose the free set, and add up the residual with what clamping negative pressures would add to it.
 
     pressures            `Pressures`
     mobility (N,)        1 / diag A [m2]
     closed               whether the liquid fills a box, so that its pressure has no bound
-    opening              whether particles that would be pressed after a Jacobi step join the face
-    face (N,)            becomes 1 on the face, 0 elsewhere [1]
-    scaled (N,)          becomes g / diag A on the face, 0 elsewhere [m2/s]
+    opening              whether particles that would be pressed after a Jacobi step join the free set
+    free (N,)            becomes 1 in the free set, 0 elsewhere [1]
+    scaled (N,)          becomes g / diag A in the free set, 0 elsewhere [m2/s]
     sums (blocks, 3)     the first column becomes block sums of the residual [1/s]
     """
     kappa, gradient, _ = pressures
@@ -67,57 +67,57 @@ def choose_face(begin, end, pressures, mobility, closed, opening, face, scaled, 
                 residual += only(present, positive(-pressure) / ease, ZERO)
             if opening:
                 on = only(above_zero(-excess), spread(ONE), on)
-            store(face, k, present, on)
+            store(free, k, present, on)
             store(scaled, k, present, on * excess * ease)
         sums[block // BLOCK, 0] = summed(residual)
 
 
 @njit(**FAST)
-def advance(begin, end, pressures, scaled, search, closed, face, step, sums):
+def advance(begin, end, pressures, scaled, search, closed, free, step, sums):
     """Take a step: kappa -= step p, g -= step A p, scaled -= step M^-1 A p, and sum the residual.
 
     pressures            `Pressures`; kappa and gradient move
-    scaled (N,)          M^-1 g on the face [m2/s], moves
+    scaled (N,)          M^-1 g in the free set [m2/s], moves
     search               `SearchDirection`
     closed               whether the liquid fills a box, so that its pressure has no bound
-    face (N,)            1 on the face, 0 elsewhere [1]
+    free (N,)            1 in the free set, 0 elsewhere [1]
     step                 length of the step [1]
-    sums (blocks, 3)     become block sums of the residual on the face and off it, and of what clamping would add [1/s]
+    sums (blocks, 3)     become block sums of the residual in the free set and outside, and of what clamping would add [1/s]
     """
     kappa, gradient, diagonal = pressures
-    direction, image, answer = search
+    direction, image, preconditioned = search
     for block in range(begin, end, BLOCK):
         last = min(block + BLOCK, end)
-        on_face = off_face = harm = spread(ZERO)
+        on_free = off_free = harm = spread(ZERO)
         for k in range(block, last, LANES):
             present = below(last, k)
             pressure = load(kappa, k, present) - step * load(direction, k, present)
             excess = load(gradient, k, present) - step * load(image, k, present)
-            on = load(face, k, present)
+            on = load(free, k, present)
             store(kappa, k, present, pressure)
             store(gradient, k, present, excess)
-            store(scaled, k, present, load(scaled, k, present) - step * load(answer, k, present))
-            on_face += on * (positive(excess) + positive(-excess))
-            off_face += (ONE - on) * positive(-excess)
+            store(scaled, k, present, load(scaled, k, present) - step * load(preconditioned, k, present))
+            on_free += on * (positive(excess) + positive(-excess))
+            off_free += (ONE - on) * positive(-excess)
             harm += on * load(diagonal, k, present) * positive(-pressure)
-        sums[block // BLOCK, 0], sums[block // BLOCK, 1] = summed(on_face), summed(off_face)
+        sums[block // BLOCK, 0], sums[block // BLOCK, 1] = summed(on_free), summed(off_free)
         sums[block // BLOCK, 2] = ZERO if closed else summed(harm)
 
 
 @njit(**FAST)
-def turn(begin, end, scaled, product, share, mobility, face, search):
-    """Make the next direction, p = scaled + share p, with its image, and the diagonal's part of its answer.
+def next_direction(begin, end, scaled, product, beta, mobility, free, search):
+    """Make the next direction, p = scaled + beta p, with its image, and the diagonal's part of the preconditioner.
 
-    scaled (N,): M^-1 g [m2/s]; product (N,): A scaled [1/s]; share [1]; mobility (N,): 1 / diag A [m2]; face (N,): 1 on the face, 0
+    scaled (N,): M^-1 g [m2/s]; product (N,): A scaled [1/s]; beta [1]; mobility (N,): 1 / diag A [m2]; free (N,): 1 in the free set, 0
     elsewhere; search: `SearchDirection`, which becomes the next one.
     """
-    direction, image, answer = search
+    direction, image, preconditioned = search
     for k in range(begin, end, LANES):
         present = below(end, k)
-        store(direction, k, present, load(scaled, k, present) + share * load(direction, k, present))
-        follows = load(product, k, present) + share * load(image, k, present)
+        store(direction, k, present, load(scaled, k, present) + beta * load(direction, k, present))
+        follows = load(product, k, present) + beta * load(image, k, present)
         store(image, k, present, follows)
-        store(answer, k, present, load(face, k, present) * load(mobility, k, present) * follows)
+        store(preconditioned, k, present, load(free, k, present) * load(mobility, k, present) * follows)
 
 
 @njit(**FAST)
@@ -132,10 +132,10 @@ def dot(begin, end, left, right, sums):
 
 
 @njit(**FAST)
-def left_over(begin, end, group, pressures, closed, face, sums):
+def left_over(begin, end, group, pressures, closed, free, sums):
     """Add up the residual over a group, with what clamping negative pressures would add to it.
 
-    group (K,): particles; pressures: `Pressures`; closed: whether the pressure has no bound; face (N,): 1 on the face, 0 elsewhere;
+    group (K,): particles; pressures: `Pressures`; closed: whether the pressure has no bound; free (N,): 1 in the free set, 0 elsewhere;
     sums (blocks,): become block sums [1/s].
     """
     kappa, gradient, diagonal = pressures
@@ -143,7 +143,7 @@ def left_over(begin, end, group, pressures, closed, face, sums):
         left = 0.0
         for n in range(block, min(block + BLOCK, end)):
             i = group[n]
-            left += abs(gradient[i]) if face[i] > ZERO else max(-gradient[i], ZERO)
+            left += abs(gradient[i]) if free[i] > ZERO else max(-gradient[i], ZERO)
             if not closed:
                 left += diagonal[i] * max(-kappa[i], ZERO)
         sums[block // BLOCK] = left

@@ -1,4 +1,4 @@
-"""Bodies that answer inside the pressure solve: one system for fluid and bodies, which keeps the lightest boom stable.
+"""Bodies that respond inside the pressure solve: one system for fluid and bodies, which keeps the lightest boom stable.
 
 A body of free twist V* and inverse mass M^-1 that receives the impulse P moves with V = V* + M^-1 P. The walls' part of H (see
 `pressure_gradient`) takes this impulse from the liquid:
@@ -93,12 +93,12 @@ def gather_impulses(contacts, push, kappa, scale, impulse):
 
 
 @njit(**FAST)
-def answer_impulses(inverse_mass, impulse, twist):
+def twist_changes(inverse_mass, impulse, twist):
     """Fill `twist` (6 bodies,) [m/s, rad/s] with M^-1 times `impulse` (6 bodies,) [N s, N m s].
 
     inverse_mass: M^-1 (6 bodies, 6 bodies) [1/kg, 1/(kg m2)].
 
-    The product is too small for a linear algebra library, whose threads would take the fluid's cores.
+    The matrix is too small for a linear algebra library, whose threads would take the fluid's cores.
     """
     for row in range(impulse.size):
         value = 0.0
@@ -158,8 +158,8 @@ class RigidResponse:
         self._walls, self._contacts, self._push, self._scale = walls, contacts, push, scale
         count = len(walls.moving)
         self._inverse_mass = walls.inverse_mass()
-        self._impulse, self._answer = np.zeros((2, count, 6))
-        self._way, self._collected = np.zeros((2, 2, count, 6))
+        self._impulse, self._change = np.zeros((2, count, 6))
+        self._direction, self._collected = np.zeros((2, 2, count, 6))
 
     @property
     def present(self) -> bool:
@@ -180,39 +180,39 @@ class RigidResponse:
         blocks = self._inverse_mass.reshape(count, 6, count, 6)[np.arange(count), :, np.arange(count), :]
         add_compliance(self._contacts, np.ascontiguousarray(blocks), self._scale, diagonal)
 
-    def answer(self, kappa: Real) -> None:
-        """Let the bodies answer the impulses of kappa (N,) [m2/s] and its push; `show_answer` and `add_answer` tell the liquid."""
+    def respond(self, kappa: Real) -> None:
+        """Let the bodies respond to the impulses of kappa (N,) [m2/s] and its push; `show_response` and `add_response` show the liquid."""
         self._gather(kappa)
-        answer_impulses(self._inverse_mass, self._impulse.reshape(-1), self._answer.reshape(-1))
+        twist_changes(self._inverse_mass, self._impulse.reshape(-1), self._change.reshape(-1))
 
-    def show_answer(self, seen: Real) -> None:
-        """Add the answer to what neighbours of touching particles see, `seen` (N, 4) [m/s]; before the divergence."""
-        scatter_seen(self._contacts, self._answer, 1.0, seen)
+    def show_response(self, seen: Real) -> None:
+        """Add the response to what neighbours of touching particles see, `seen` (N, 4) [m/s]; before the divergence."""
+        scatter_seen(self._contacts, self._change, 1.0, seen)
 
-    def add_answer(self, rate: Real) -> None:
-        """Add the answer's part to the operator's product (N,) [1/s]."""
-        scatter_twists(self._contacts, self._answer, 1.0, rate)
+    def add_response(self, rate: Real) -> None:
+        """Add the response's part to the operator's application (N,) [1/s]."""
+        scatter_twists(self._contacts, self._change, 1.0, rate)
 
     def accept(self, kappa: Real) -> None:
         """Give the impulses of kappa (N,) [m2/s] to the bodies."""
-        self.answer(kappa)
-        self.turn(0.0)
+        self.respond(kappa)
+        self.set_direction(0.0)
         self.collect(1.0)
         self.hand_over()
 
-    def turn(self, share: float) -> None:
-        """Make the last answer, plus `share` of the way so far, the way along which `collect` goes."""
-        self._way = share * self._way + np.stack([self._impulse, self._answer])
+    def set_direction(self, beta: float) -> None:
+        """Set the search direction to the last response plus `beta` times the last direction; `collect` goes along it."""
+        self._direction = beta * self._direction + np.stack([self._impulse, self._change])
 
     def collect(self, length: float) -> None:
-        """Keep `length` times the way for the bodies until `hand_over`."""
-        self._collected += length * self._way
+        """Keep `length` times the search direction for the bodies until `hand_over`."""
+        self._collected += length * self._direction
 
     def hand_over(self) -> None:
-        """Give the bodies the impulses that were collected for them, and their answers."""
-        for body, impulse, answer in zip(self._walls.moving.values(), *self._collected, strict=True):
+        """Give the bodies the impulses that were collected for them, and their changes of twist."""
+        for body, impulse, change in zip(self._walls.moving.values(), *self._collected, strict=True):
             body.impulse = body.impulse + impulse
-            body.twist = body.twist + answer
+            body.twist = body.twist + change
         self._collected[:] = 0.0
 
     def _gather(self, kappa: Real) -> None:

@@ -139,10 +139,10 @@ def extrapolation_matrix(trust, own):
 
 
 @inlined
-def fill_wall_pressure(i, hood, vectors, sums, constants, by_body, wall_pressure, lever):
+def fill_wall_pressure(i, neighborhood, vectors, sums, constants, by_body, wall_pressure, lever):
     """Fill row i of `wall_pressure`, and of `lever` beside a moving body.
 
-    hood              the `Neighborhood`
+    neighborhood              the `Neighborhood`
     vectors           `PressureVectors`, whose pair vectors of particle i are cached already
     sums              sum_j G_ij and sum_b G_ib [1/m], three numbers each; together they point into the liquid at a free surface
     constants         `PressureConstants`
@@ -152,10 +152,14 @@ def fill_wall_pressure(i, hood, vectors, sums, constants, by_body, wall_pressure
     """
     inside, outside = sums
     gravity = constants.gravity
-    solid = moment_of(i, hood.points, hood.wall_points, hood.period, hood.walls, vectors.wall_gradient)
+    solid = moment_of(
+        i, neighborhood.points, neighborhood.wall_points, neighborhood.period, neighborhood.walls, vectors.wall_gradient
+    )
     liquid = scaled(
         vectors.gradient.quantum,
-        moment_of(i, hood.points, hood.points, hood.period, hood.fluid, vectors.gradient.whole),
+        moment_of(
+            i, neighborhood.points, neighborhood.points, neighborhood.period, neighborhood.fluid, vectors.gradient.whole
+        ),
     )
     own = symmetric(liquid, ONE if constants.plane else ZERO)
     spanned = spanned_share(own)
@@ -167,7 +171,7 @@ def fill_wall_pressure(i, hood, vectors, sums, constants, by_body, wall_pressure
         for axis in range(3):
             lever[i, 6 + axis] = inside[axis]
     nx, ny, nz = inside[0] + outside[0], inside[1] + outside[1], inside[2] + outside[2]
-    flat = FLAT * (ONE / hood.support)
+    flat = FLAT * (ONE / neighborhood.support)
     across = (nx * gravity[0] + ny * gravity[1] + nz * gravity[2]) / (nx * nx + ny * ny + nz * nz + flat * flat)
     across *= spanned * (ONE - covered)
     extrapolation, waterline = wall_pressure

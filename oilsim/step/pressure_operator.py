@@ -1,4 +1,4 @@
-"""The pressure operator of one step, liquid and bodies together: its product, the compression of a motion, and its effect."""
+"""The pressure operator of one step, liquid and bodies together: its application, the compression of a motion, and its effect."""
 
 from __future__ import annotations
 
@@ -21,21 +21,28 @@ Real = NDArray[np.float32]
 
 
 @njit(**FAST)
-def turn_way(begin, end, share, change, way):
-    """Set `way` to `change` + share `way`, (3, N) each [m/s]."""
+def update_direction(begin, end, beta, change, direction):
+    """Set `direction` to `change` + beta `direction`, (3, N) each [m/s]."""
     for axis in range(3):
         for k in range(begin, end, LANES):
             present = below(end, k)
-            store(way[axis], k, present, load(change[axis], k, present) + share * load(way[axis], k, present))
+            store(
+                direction[axis], k, present, load(change[axis], k, present) + beta * load(direction[axis], k, present)
+            )
 
 
 @njit(**FAST)
-def follow_way(begin, end, length, way, velocity):
-    """Add length `way` to `velocity`, (3, N) each [m/s]."""
+def add_step(begin, end, length, direction, velocity):
+    """Add length `direction` to `velocity`, (3, N) each [m/s]."""
     for axis in range(3):
         for k in range(begin, end, LANES):
             present = below(end, k)
-            store(velocity[axis], k, present, load(velocity[axis], k, present) + length * load(way[axis], k, present))
+            store(
+                velocity[axis],
+                k,
+                present,
+                load(velocity[axis], k, present) + length * load(direction[axis], k, present),
+            )
 
 
 def with_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, group: Index) -> NDArray[np.bool_]:
@@ -46,16 +53,16 @@ def with_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, grou
 
 
 def pressure_response(tools: StepTools, arrays: StepArrays, push: Real | None) -> RigidResponse:
-    """Make the answer of bodies to pressures, extrapolated ones too where there are levers.
+    """Make the response of bodies to pressures, extrapolated ones too where there are levers.
 
     push (N, 3): the sums sum_j G_ij kappa_j [m/s] of `pressure_velocity`, by which extrapolated pressures act; None where there are none.
     """
-    walls, contacts, hood, constants = tools.walls, arrays.contacts, arrays.neighborhood, tools.constants
+    walls, contacts, neighborhood, constants = tools.walls, arrays.contacts, arrays.neighborhood, tools.constants
     if arrays.lever is not None and contacts.particle.size:
         jacobian = np.empty_like(contacts.jacobian)
         reach = np.empty((*jacobian.shape, 3), np.float32)
         sum_reach(
-            contacts, arrays.body_pairs, arrays.points, walls.points, hood.period, arrays.wall_gradient, arrays.lever, reach
+            contacts, arrays.body_pairs, arrays.points, walls.points, neighborhood.period, arrays.wall_gradient, arrays.lever, reach
         )  # fmt: skip
         extend_jacobians(contacts, arrays.lever, constants.wall_weight, reach, jacobian)
         contacts = contacts._replace(jacobian=jacobian, reach=reach)
@@ -63,7 +70,7 @@ def pressure_response(tools: StepTools, arrays: StepArrays, push: Real | None) -
 
 
 class PressureOperator(System):
-    """A = H^T (rho_ref / rho_0) H with the answers of moving bodies (see `pressure_gradient` and `rigid_response`)."""
+    """A = H^T (rho_ref / rho_0) H with the responses of moving bodies (see `pressure_gradient` and `rigid_response`)."""
 
     def __init__(self, tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
         self._tools, self._arrays, self._state, self._count = tools, arrays, state, state.awake
@@ -71,9 +78,9 @@ class PressureOperator(System):
         self._all, self._vectors = np.arange(self._count, dtype=np.uint32), arrays.vectors
         self._push = np.empty((self._count, 3), np.float32) if arrays.lever is not None else None
         self._response = pressure_response(tools, arrays, self._push)
-        self._change, self._way = np.empty((2, 3, state.listed), np.float32)
+        self._change, self._direction = np.empty((2, 3, state.listed), np.float32)
         self._seen = np.empty((state.listed, 4), np.float32)
-        self._change[:, self._count :] = self._way[:, self._count :] = 0.0  # what sleeps
+        self._change[:, self._count :] = self._direction[:, self._count :] = 0.0  # what sleeps
         self._seen[self._count :] = 0.0
         if self._response.present:
             self._response.add_compliance(arrays.diagonal)
@@ -92,22 +99,22 @@ class PressureOperator(System):
             self._response.add_motion(rate)
         return rate
 
-    def product(self, kappa: Real, result: Real) -> None:
+    def apply(self, kappa: Real, result: Real) -> None:
         """Write A kappa (N,) [1/s] into result; kappa (N,) [m2/s]."""
-        self.product_of(kappa, result, self._all, self._all)
+        self.apply_to(kappa, result, self._all, self._all)
 
-    def product_of(self, kappa: Real, result: Real, around: Index, chosen: Index) -> None:
+    def apply_to(self, kappa: Real, result: Real, around: Index, chosen: Index) -> None:
         """Write (A kappa)_i [1/s] of the particles `chosen` (K,) into result (N,); kappa (N,) [m2/s].
 
         around: indices of all particles that have neighbours under pressure.
         """
         self._pressure_velocity(kappa, around)
         if self._response.present:
-            self._response.answer(kappa)
-            self._response.show_answer(self._seen)
+            self._response.respond(kappa)
+            self._response.show_response(self._seen)
         self._diverge(self._change, result, chosen)
         if self._response.present:
-            self._response.add_answer(result)
+            self._response.add_response(result)
 
     def part(self, group: Index) -> PartialOperator:
         """Return A restricted to the particles of a group (K,) of indices."""
@@ -120,32 +127,35 @@ class PressureOperator(System):
         if self._filled:
             values -= np.float32(values.mean(dtype=np.float64))
 
-    def correct(self, residual: Real, face: Real, correction: Real) -> None:
-        """Add to the correction (N,) [m2/s] the coarse grid's answer to a residual (N,) [1/s] on the face (N,); 0 in a filled box."""
+    def correct(self, residual: Real, free: Real, correction: Real) -> None:
+        """Add to the correction (N,) [m2/s] the coarse grid's correction of a residual (N,) [1/s] in the free set (N,).
+
+        0 in a filled box.
+        """
         if not self._filled:
-            self._tools.coarse.correct(residual, face, correction)
+            self._tools.coarse.correct(residual, free, correction)
 
-    def turn(self, share: float) -> None:
-        """Set the way to follow to the velocities of the last product plus `share` of the way so far."""
-        if share == 0.0:
-            self._way, self._change = self._change, self._way
+    def set_direction(self, beta: float) -> None:
+        """Set the search direction to the velocities of the last application plus `beta` times the last direction."""
+        if beta == 0.0:
+            self._direction, self._change = self._change, self._direction
         else:
-            self._tools.team.run(turn_way, self._count, np.float32(share), self._change, self._way)
+            self._tools.team.run(update_direction, self._count, np.float32(beta), self._change, self._direction)
         if self._response.present:
-            self._response.turn(share)
+            self._response.set_direction(beta)
 
-    def follow(self, length: float) -> None:
-        """Move the velocities with kappa, which has moved by -length times the way; bodies wait for `hand_over`."""
-        self._tools.team.run(follow_way, self._count, np.float32(length), self._way, self._state.velocity)
+    def take_step(self, length: float) -> None:
+        """Move the velocities with kappa, which has moved by -length along the search direction; bodies wait for `hand_over`."""
+        self._tools.team.run(add_step, self._count, np.float32(length), self._direction, self._state.velocity)
         if self._response.present:
             self._response.collect(-length)
 
     def hand_over(self) -> None:
-        """Give the bodies the impulses of all ways that were followed."""
+        """Give the bodies the impulses of all steps that were taken."""
         if self._response.present:
             self._response.hand_over()
 
-    def apply(self, kappa: Real, rest: RestPressure | None = None) -> None:
+    def accelerate(self, kappa: Real, rest: RestPressure | None = None) -> None:
         """Subtract u of kappa (N,) [m2/s] from the velocities and give the bodies their impulses; `rest` acts by its slope."""
         self._pressure_velocity(kappa if rest is None else kappa - rest.impulse, self._all)
         velocity = self._state.velocity[:, : self._count]
@@ -170,14 +180,14 @@ class PressureOperator(System):
 
 
 class PartialOperator(System):
-    """A among some particles, the pressure of all others as it is: the rest of the sea hears of it by a product of the whole."""
+    """A among some particles, the pressure of all others as it is: the rest of the sea hears of it by an application of the whole."""
 
     def __init__(self, whole: PressureOperator, chosen: Index, around: Index, room: int) -> None:
         self._whole, self._chosen, self._around = whole, chosen, around
         self._kappa, self._rate = np.zeros((2, room), np.float32)
 
-    def product(self, kappa: Real, result: Real) -> None:
+    def apply(self, kappa: Real, result: Real) -> None:
         """Write A kappa [1/s] into result, both (chosen,)."""
         self._kappa[self._chosen] = kappa
-        self._whole.product_of(self._kappa, self._rate, self._around, self._chosen)
+        self._whole.apply_to(self._kappa, self._rate, self._around, self._chosen)
         result[:] = self._rate[self._chosen]

@@ -12,9 +12,9 @@
     apply_forcings         currents, waves, wind                                                `stages.forcing`
     apply_adhesion         liquid is drawn to walls                                             `stages.adhesion`
     apply_tension          interfaces pull along themselves                                    `stages.tension`
-    apply_last_pressure    v -= u of the last step's pressure, bodies answering                 `stages.pressure`
+    apply_last_pressure    v -= u of the last step's pressure, bodies responding                 `stages.pressure`
     apply_viscosity        implicitly, or explicitly where it is mild                           `stages.viscosity`
-    project_velocity       bounded solve for the change of pressure, bodies answering           `stages.pressure`
+    project_velocity       bounded solve for the change of pressure, bodies responding           `stages.pressure`
     apply_wall_contact     single drops meet walls, and no particle goes into a thin plate      `stages.contact`
     project_momentum       liquid off the walls gets lost momentum back                         `momentum_projection`
 

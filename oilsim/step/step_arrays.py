@@ -51,7 +51,7 @@ class StepArrays:
         matrix (N, 8)            Y of `gradient_correction` [1]
         surface (N,)             uint8, a `FreeSurface`: how near one is
     gradients
-        mended (N, 8)            Y after `shear_correction` [1]
+        repaired (N, 8)            Y after `shear_correction` [1]
         gradient                 pair vectors (3, P) of fluid neighbours [1/m]
         wall_gradient (3, Q)     pair vectors of wall neighbours [1/m]
         own (3, N)               factor of the particle's own pressure in its force [1/m]
@@ -86,7 +86,7 @@ class StepArrays:
         self.matrix: Real = np.zeros((count, 8), np.float32)
         self.surface: NDArray[np.uint8] = np.full(count, FreeSurface.NEAR_SURFACE, np.uint8)
         self.by_body: NDArray[np.bool_] = np.zeros(count, bool)
-        self.mended = np.empty_like(self.matrix) if needs.corrected else None
+        self.repaired = np.empty_like(self.matrix) if needs.corrected else None
         self.extrapolation = np.empty((count, 9), np.float32) if needs.extrapolated else None
         self.waterline = np.empty((3, count), np.float32) if needs.extrapolated else None
         self.lever = np.empty((count, 9), np.float32) if needs.levers else None

@@ -48,10 +48,10 @@ TINY = np.float32(1e-20)
 
 
 @njit(**FAST)
-def smooth_tensions(begin, end, hood, tension, smoothed):
-    """Fill smoothed (N,) with a_i [N/m] of the module's docstring; tension (N,) holds s_i [N/m]; hood: the `Neighborhood`."""
-    points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
-    inverse_support = ONE / hood.support
+def smooth_tensions(begin, end, neighborhood, tension, smoothed):
+    """Fill smoothed (N,) with a_i [N/m] of the module's docstring; tension (N,) holds s_i [N/m]; neighborhood: the `Neighborhood`."""
+    points, period, fluid, sigma = neighborhood.points, neighborhood.period, neighborhood.fluid, neighborhood.sigma
+    inverse_support = ONE / neighborhood.support
     for i in range(begin, end):
         content = weighted = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
@@ -66,14 +66,14 @@ def smooth_tensions(begin, end, hood, tension, smoothed):
 
 
 @njit(**FAST)
-def fill_slopes(begin, end, hood, plane, smoothed, slopes):
+def fill_slopes(begin, end, neighborhood, plane, smoothed, slopes):
     """Fill slopes (N, 8) with b_i [Pa], 1 / |b_i| [1/Pa] and n_w [1] of the module's docstring; the last column stays as it is.
 
-    hood: the `Neighborhood`; plane: whether y is absent; smoothed (N,): a_i [N/m]. n_w is 0 away from walls.
+    neighborhood: the `Neighborhood`; plane: whether y is absent; smoothed (N,): a_i [N/m]. n_w is 0 away from walls.
     """
-    points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
-    inverse_support = ONE / hood.support
-    factor = -hood.volume * inverse_support * inverse_support
+    points, period, fluid, sigma = neighborhood.points, neighborhood.period, neighborhood.fluid, neighborhood.sigma
+    inverse_support = ONE / neighborhood.support
+    factor = -neighborhood.volume * inverse_support * inverse_support
     for i in range(begin, end):
         gx = gy = gz = mxx = mxy = mxz = myy = myz = mzz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
@@ -102,8 +102,8 @@ def fill_slopes(begin, end, hood, plane, smoothed, slopes):
             moment = moment[0], moment[1], moment[2], ONE, moment[4], moment[5]
         set_slope(i, factor * summed(gx), factor * summed(gy), factor * summed(gz), moment, slopes)
         nx = ny = nz = ZERO
-        if hood.walls.number[i] > 0:
-            _, (sx, sy, sz) = coverage_and_slope(i, hood)
+        if neighborhood.walls.number[i] > 0:
+            _, (sx, sy, sz) = coverage_and_slope(i, neighborhood)
             size = math.sqrt(sx * sx + sy * sy + sz * sz + TINY)
             nx, ny, nz = sx / size, sy / size, sz / size
         slopes[i, 4], slopes[i, 5], slopes[i, 6] = nx, ny, nz
@@ -124,14 +124,15 @@ def set_slope(i, gx, gy, gz, moment, slopes):
 
 
 @njit(**FAST)
-def pull_along_interfaces(begin, end, hood, wetting, slopes, scale, velocity):
+def pull_along_interfaces(begin, end, neighborhood, wetting, slopes, scale, velocity):
     """Add dt dv_i/dt of the module's docstring to `velocity` (3, N) [m/s].
 
-    hood: the `Neighborhood`; wetting (M,): cos theta_b [1]; slopes (N, 8) as from `fill_slopes`; scale: dt / (m_0 rho_ref) [m3 s/kg].
+    neighborhood: the `Neighborhood`; wetting (M,): cos theta_b [1]; slopes (N, 8) as from `fill_slopes`; scale: dt / (m_0 rho_ref) [m3
+    s/kg].
     """
-    points, period, fluid, sigma = hood.points, hood.period, hood.fluid, hood.sigma
-    inverse_support = ONE / hood.support
-    factor = hood.volume * inverse_support * inverse_support
+    points, period, fluid, sigma = neighborhood.points, neighborhood.period, neighborhood.fluid, neighborhood.sigma
+    inverse_support = ONE / neighborhood.support
+    factor = neighborhood.volume * inverse_support * inverse_support
     for i in range(begin, end):
         fx = fy = fz = spread(ZERO)
         ox, oy, oz, per_size = slopes[i, 0], slopes[i, 1], slopes[i, 2], slopes[i, 3]
@@ -152,8 +153,8 @@ def pull_along_interfaces(begin, end, hood, wetting, slopes, scale, velocity):
             fy += size * ay - own * oy - other * by
             fz += size * az - own * oz - other * bz
         x, y, z = factor * summed(fx), factor * summed(fy), factor * summed(fz)
-        if hood.walls.number[i] > 0:
-            facing, wetted = wall_slopes(i, hood, wetting, slopes)
+        if neighborhood.walls.number[i] > 0:
+            facing, wetted = wall_slopes(i, neighborhood, wetting, slopes)
             wx, wy, wz = wall_pull(i, slopes, facing, wetted)
             x, y, z = x + wx, y + wy, z + wz
         mobility = scale * points[i, 3]
@@ -163,21 +164,21 @@ def pull_along_interfaces(begin, end, hood, wetting, slopes, scale, velocity):
 
 
 @inlined
-def wall_slopes(i, hood, wetting, slopes):
+def wall_slopes(i, neighborhood, wetting, slopes):
     """Return sum_b V_b n_w . grad W_ib, and the same with the factor cos theta_b [1/m].
 
-    hood: the `Neighborhood`; wetting (M,): cos theta_b [1]; slopes (N, 8) as from `fill_slopes`.
+    neighborhood: the `Neighborhood`; wetting (M,): cos theta_b [1]; slopes (N, 8) as from `fill_slopes`.
     """
-    inverse_support = ONE / hood.support
+    inverse_support = ONE / neighborhood.support
     nx, ny, nz = slopes[i, 4], slopes[i, 5], slopes[i, 6]
     facing = wetted = spread(ZERO)
-    first, last = hood.walls.start[i], hood.walls.start[i] + np.int64(hood.walls.number[i])
+    first, last = neighborhood.walls.start[i], neighborhood.walls.start[i] + np.int64(neighborhood.walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
-        b = load(hood.walls.neighbor, k, present)
-        dx, dy, dz, volume = separations(i, hood.points, hood.wall_points, b, hood.period)
+        b = load(neighborhood.walls.neighbor, k, present)
+        dx, dy, dz, volume = separations(i, neighborhood.points, neighborhood.wall_points, b, neighborhood.period)
         q = root(dx * dx + dy * dy + dz * dz) * inverse_support
-        slope = only(present, volume, ZERO) * kernel_slope_over_q(q, hood.sigma) * (nx * dx + ny * dy + nz * dz)
+        slope = only(present, volume, ZERO) * kernel_slope_over_q(q, neighborhood.sigma) * (nx * dx + ny * dy + nz * dz)
         facing += slope
         wetted += slope * gather(wetting, b)
     factor = inverse_support * inverse_support
@@ -195,20 +196,20 @@ def wall_pull(i, slopes, facing, wetted):
 
 
 @njit(**FAST)
-def pull_on_bodies(pairs, hood, wetting, slopes, moment, force):
+def pull_on_bodies(pairs, neighborhood, wetting, slopes, moment, force):
     """Add to `force` (bodies, 6) the pull of interfaces on moving bodies, opposite to that on the liquid [N, N m].
 
-    pairs: the step's `BodyPairs`; hood: the `Neighborhood`; wetting, slopes as in `pull_along_interfaces`; moment: m_0 [1].
+    pairs: the step's `BodyPairs`; neighborhood: the `Neighborhood`; wetting, slopes as in `pull_along_interfaces`; moment: m_0 [1].
     """
-    points, wall, inverse_support = hood.points, hood.wall_points, ONE / hood.support
+    points, wall, inverse_support = neighborhood.points, neighborhood.wall_points, ONE / neighborhood.support
     for n in range(pairs.particle.size):
         i, b = pairs.particle[n], pairs.point[n]
         dx, dy, dz = nearest_images(
-            points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], hood.period
+            points[i, 0] - wall[b, 0], points[i, 1] - wall[b, 1], points[i, 2] - wall[b, 2], neighborhood.period
         )
         q = math.sqrt(dx * dx + dy * dy + dz * dz) * inverse_support
-        slope = kernel_slope_over_q(q, hood.sigma) * inverse_support * inverse_support
+        slope = kernel_slope_over_q(q, neighborhood.sigma) * inverse_support * inverse_support
         facing = wall[b, 3] * slope * (slopes[i, 4] * dx + slopes[i, 5] * dy + slopes[i, 6] * dz)
         x, y, z = wall_pull(i, slopes, facing, facing * wetting[b])
-        share = -hood.volume / moment
+        share = -neighborhood.volume / moment
         add_wrench(force, pairs.body[n], pairs.arm, n, share * x, share * y, share * z)

@@ -96,7 +96,7 @@ class ViscousResponse:
         self, walls: Walls, pairs: BodyPairs, wall_gradient: Real, wall_stiffness: Real, volume: np.float32, time_step: float,
         theta: float,
     ) -> None:  # fmt: skip
-        """Compute how bodies answer; the arrays as for `viscous_reaction`, volume of a particle [m3], time_step [s], theta [1]."""
+        """Compute how bodies respond; the arrays as for `viscous_reaction`, volume of a particle [m3], time_step [s], theta [1]."""
         self._walls, self._pairs, self._volume = walls, pairs, volume
         self._wall_pairs, self._time_step, self._span = (wall_gradient, wall_stiffness), time_step, theta * time_step
         count = len(walls.moving)
@@ -119,10 +119,10 @@ class ViscousResponse:
         change = self._compliance @ self._impulse
         return own + self._walls.point_velocities(self._span / self._time_step * change.reshape(-1, 6))
 
-    def follow(self, change: Real) -> Real:
-        """Return the velocities (3, M) [m/s], J_b S theta dt E dv, by which wall points follow a `change` dv (3, N) [m/s] of the liquid."""
-        answer = self._compliance @ (self._span * self._reaction(change, None))
-        return self._walls.point_velocities(answer.reshape(-1, 6))
+    def response_to(self, change: Real) -> Real:
+        """Return the velocities (3, M) [m/s], J_b S theta dt E dv, of wall points by a `change` dv (3, N) [m/s] of the liquid."""
+        change_of_twist = self._compliance @ (self._span * self._reaction(change, None))
+        return self._walls.point_velocities(change_of_twist.reshape(-1, 6))
 
     def hand_over(self, velocity: Real, explicit: bool) -> None:
         """Give the bodies the impulse of the liquid, whose velocity is now `velocity` (3, N) [m/s].
@@ -132,8 +132,8 @@ class ViscousResponse:
         impulse = self._impulse
         if not explicit:
             impulse = impulse + self._span * self._reaction(velocity - self._start, None)
-        answer = self._compliance @ impulse
-        self._walls.receive((impulse - self._span * self._drag @ answer).reshape(-1, 6))
+        change_of_twist = self._compliance @ impulse
+        self._walls.receive((impulse - self._span * self._drag @ change_of_twist).reshape(-1, 6))
 
     def _reaction(self, velocity: Real, wall_velocity: Real | None) -> Double:
         """Return the drag (6 bodies,) [N, N m] of liquid at `velocity` (3, N) on the bodies; wall_velocity (3, M) [m/s], None for 0."""

@@ -134,11 +134,11 @@ class ViscousSystem:
         wall, wall_viscosity as for `viscous_coefficients`; spacing d [m]; near (N,) uint8: 1 within reach of a free surface, None for
         Eq. 25.
         """
-        points, gradients, hood, share = self._liquid.points, self._gradients, self._neighborhood, None
+        points, gradients, neighborhood, share = self._liquid.points, self._gradients, self._neighborhood, None
         if near is not None:
             share = np.empty(near.size, np.float32)
-            factor = hood.volume / np.float32(lattice_fourth_moment(dimension) * spacing**4)
-            self._team.run(fourth_moment_share, near.size, points, near, hood, factor, share)
+            factor = neighborhood.volume / np.float32(lattice_fourth_moment(dimension) * spacing**4)
+            self._team.run(fourth_moment_share, near.size, points, near, neighborhood, factor, share)
         self.stiffness = Stiffness(
             np.empty(gradients.fluid.whole.shape[1], np.float32),
             np.zeros(gradients.walls.shape[1] if wall_viscosity is not None else 0, np.float32),
@@ -148,19 +148,19 @@ class ViscousSystem:
             np.float32(REGULAR * spacing**2), np.float32(profile_factor(spacing, dimension, near is None))
         )
         self._team.run(
-            viscous_coefficients, self._liquid.active.size, self._liquid, wall, wall_viscosity, hood, gradients, profile, share,
+            viscous_coefficients, self._liquid.active.size, self._liquid, wall, wall_viscosity, neighborhood, gradients, profile, share,
             self.stiffness,
         )  # fmt: skip
 
     def force(self, velocity: Real, wall_velocity: Real | None) -> Real:
         """Return the viscous force density (3, N) [N/m3] at velocity (3, N) [m/s]; wall_velocity (3, M) [m/s], None for 0."""
-        active, hood, gradients = self._liquid.active, self._neighborhood, self._gradients
+        active, neighborhood, gradients = self._liquid.active, self._neighborhood, self._gradients
         result = np.zeros_like(velocity)
         self._team.run(fill_rows, len(self._seen), velocity, velocity[0], self._seen)
-        arguments = (active, hood.fluid, gradients.fluid, self.stiffness, self._seen, result)
+        arguments = (active, neighborhood.fluid, gradients.fluid, self.stiffness, self._seen, result)
         self._team.run(viscous_force, active.size, *arguments)
         if wall_velocity is not None and self.stiffness.walls.size:
-            pairs = hood.walls, gradients.walls, self.stiffness.walls
+            pairs = neighborhood.walls, gradients.walls, self.stiffness.walls
             self._team.run(wall_drag, active.size, active, *pairs, wall_velocity, result)
         return result
 
@@ -195,7 +195,7 @@ class ViscousSystem:
         used = 0
         while used < iterations and energy > tolerance * tolerance * first and energy > 0.0:
             image = rest_density * direction - dt * self.force(
-                direction, None if bodies is None else bodies.follow(direction)
+                direction, None if bodies is None else bodies.response_to(direction)
             )
             curvature = self._dot(direction, image)
             if not curvature > 0.0:  # too small for single precision

@@ -142,7 +142,7 @@ class OilExchange:
         self.given += self.volume * int((in_rim | orphans).sum())
         ids = state.id[oil[in_rim | orphans]]
         if ids.size:
-            self.window.fluid.land()  # in which some may leave the window, upwards
+            self.window.fluid.finish_step()  # in which some may leave the window, upwards
             self.window.fluid.change_phase(ids[np.isin(ids, state.id)], self._water)
 
     def _free(self, parcels: Parcels, rows: Rows) -> None:

@@ -36,9 +36,9 @@ def constrain_density(
     if count == 0:
         return 0, 0.0, pushed
     multiplier, push, error = np.zeros(count, np.float32), np.empty_like(position), np.zeros(block_count(count))
-    limit, hood = LARGEST_MULTIPLIER * np.float32(config.particle_spacing**2), arrays.neighborhood
+    limit, neighborhood = LARGEST_MULTIPLIER * np.float32(config.particle_spacing**2), arrays.neighborhood
     with tools.stage("density"):
-        run(density_and_diagonal, count, hood, arrays.compression, arrays.diagonal, arrays.gradient_sum)
+        run(density_and_diagonal, count, neighborhood, arrays.compression, arrays.diagonal, arrays.gradient_sum)
         for iteration in range(config.density_iterations + 1):
             run(
                 density_multiplier, count, arrays.compression, arrays.diagonal, np.float32(config.relaxation), limit, multiplier, error
@@ -46,14 +46,14 @@ def constrain_density(
             mean = total(error) / count
             if mean <= config.density_tolerance or iteration == config.density_iterations:
                 return iteration, mean, pushed
-            run(density_push, count, hood, multiplier, push)
+            run(density_push, count, neighborhood, multiplier, push)
             stopped = _stop_at_walls(tools, arrays, push)
             if reaction_time is not None:
                 pushed -= multiplier / np.float32(reaction_time)
                 _react(tools, arrays, multiplier - stopped / arrays.weight, reaction_time)
             position += push
             place_points(tools, arrays, state)
-            run(density_constraint, count, hood, arrays.compression)
+            run(density_constraint, count, neighborhood, arrays.compression)
     raise AssertionError("the loop returns")
 
 

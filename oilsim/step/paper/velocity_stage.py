@@ -13,7 +13,7 @@ from oilsim.step.step_tools import StepTools
 
 
 def correct_velocity(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> tuple[int, float]:
-    """Apply Alg. 1 to the velocities in place, bodies answering; returns the iterations and the mean residual [1]."""
+    """Apply Alg. 1 to the velocities in place, bodies responding; returns the iterations and the mean residual [1]."""
     config, run, count = tools.config, tools.team.run, state.count
     correction, error = np.empty(count, np.float32), np.zeros(block_count(count))
     state.pressure_impulse[:] = 0.0
@@ -30,5 +30,5 @@ def correct_velocity(tools: StepTools, arrays: StepArrays, state: FluidState, ti
             settled = residual <= config.divergence_tolerance and iteration > 0
             if settled or iteration == config.divergence_iterations:
                 return iteration, residual
-            operator.apply(correction)
+            operator.accelerate(correction)
     raise AssertionError("the loop returns")

@@ -15,15 +15,17 @@ def apply_adhesion(tools: StepTools, arrays: StepArrays, state: FluidState, time
     strength = tools.constants.adhesion
     if strength is None:
         return
-    walls, hood = tools.walls, arrays.neighborhood
+    walls, neighborhood = tools.walls, arrays.neighborhood
     with tools.stage("adhesion"):
         pull = np.zeros_like(state.velocity)
         wall = walls.particles
-        tools.team.run(adhesion_acceleration, state.awake, state.position, state.phase, strength, wall, hood, pull)
+        tools.team.run(
+            adhesion_acceleration, state.awake, state.position, state.phase, strength, wall, neighborhood, pull
+        )
         state.velocity += np.float32(time_step) * pull
         if arrays.touching.size:
             force = walls.zero_forces()
             adhesion_reaction(
-                arrays.body_pairs, state.position, state.phase, strength, arrays.rest_density, wall, hood, force
+                arrays.body_pairs, state.position, state.phase, strength, arrays.rest_density, wall, neighborhood, force
             )
             walls.receive(time_step * force)

@@ -10,7 +10,7 @@ from oilsim.step.step_tools import StepTools
 
 def advect(tools: StepTools, state: FluidState, time_step: float) -> None:
     """Move the particles by their velocities, and bring those that crossed a periodic side back in at the other."""
-    with tools.stage("flight"):
+    with tools.stage("advection"):
         moving = slice(0, state.awake)
         state.position[:, moving] += np.float32(time_step) * state.velocity[:, moving]
     wrap_periodic(tools, state)

@@ -12,12 +12,12 @@ def press_films(tools: StepTools, arrays: StepArrays, state: FluidState, time_st
     """Give the bodies the impulses of the films under them (see `contact_film`), by the pressure of the last step."""
     if not (arrays.contacts.particle.size and state.time_step > 0.0):
         return
-    constants, hood = tools.constants, arrays.neighborhood
+    constants, neighborhood = tools.constants, arrays.neighborhood
     with tools.stage("films"):
         per_kappa = constants.reference_density / state.time_step
         liquid = RimLiquid(state.position, arrays.rest_density, state.pressure_impulse, per_kappa)
         wrench = film_wrenches(
-            tools.walls, hood, arrays.contacts, arrays.body_pairs, liquid, constants.gravity, constants.moment
+            tools.walls, neighborhood, arrays.contacts, arrays.body_pairs, liquid, constants.gravity, constants.moment
         )  # fmt: skip
         if wrench.any():
             tools.walls.receive(time_step * wrench)

@@ -15,16 +15,16 @@ from oilsim.step.step_tools import StepTools
 
 def cache_pair_gradients(tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
     """Fill the arrays of the gradients' stage (see `StepArrays`) at the present positions."""
-    constants, hood = tools.constants, arrays.neighborhood
+    constants, neighborhood = tools.constants, arrays.neighborhood
     with tools.stage("gradients"):
         place_points(tools, arrays, state)
-        if arrays.mended is not None:
+        if arrays.repaired is not None:
             tools.team.run(
-                correct_for_shear, state.listed, hood, arrays.matrix, arrays.flow, arrays.surface, np.float32(tools.time_unit),
-                constants.plane, arrays.mended,
+                correct_for_shear, state.listed, neighborhood, arrays.matrix, arrays.flow, arrays.surface, np.float32(tools.time_unit),
+                constants.plane, arrays.repaired,
             )  # fmt: skip
         tools.team.run(
-            cache_gradients, state.awake, hood, arrays.mended, constants.pressure, arrays.by_body, arrays.vectors, arrays.sums,
+            cache_gradients, state.awake, neighborhood, arrays.repaired, constants.pressure, arrays.by_body, arrays.vectors, arrays.sums,
             arrays.wall_pressure, arrays.lever,
         )  # fmt: skip
         arrays.contacts = gather_contacts(arrays.body_pairs, arrays.wall_gradient)

@@ -24,7 +24,7 @@ FILLED = 0.1
 
 
 def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> PressureOperator:
-    """Let the pressure of the last step act on velocities and bodies; returns the operator, with which `project_velocity` mends it.
+    """Let the pressure of the last step act on velocities and bodies; returns the operator, with which `project_velocity` repairs it.
 
     It comes before viscosity, which then meets forces in balance: the incremental pressure correction of van Kan (1986). Viscosity that met
     gravity alone would brake liquid at rest beside no-slip walls, and leave it moving at a share of g dt.
@@ -36,7 +36,7 @@ def apply_last_pressure(tools: StepTools, arrays: StepArrays, state: FluidState,
         if not filled:
             tools.coarse.lay(state.position[:, : state.awake], arrays.points, arrays.openness)
         _hold_waterline(tools, arrays, state, time_step)
-        operator.apply(state.pressure_impulse[: state.listed], _rest(tools, arrays, state, time_step))
+        operator.accelerate(state.pressure_impulse[: state.listed], _rest(tools, arrays, state, time_step))
     return operator
 
 
@@ -63,9 +63,9 @@ def _rest(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: fl
 def project_velocity(
     tools: StepTools, arrays: StepArrays, state: FluidState, solver: BoundConstrainedSolver, operator: PressureOperator
 ) -> tuple[int, float]:
-    """Take compression off the velocities, bodies answering, by a change of the pressure that `apply_last_pressure` has begun with.
+    """Take compression off the velocities, bodies responding, by a change of the pressure that `apply_last_pressure` has begun with.
 
-    Returns products of the operator and the mean residual [1].
+    Returns applications of the operator and the mean residual [1].
     """
     config, kappa, time_step = tools.config, state.pressure_impulse, state.time_step
     filled = state.confinement == Confinement.FILLED
@@ -76,7 +76,7 @@ def project_velocity(
         level = tools.constants.least_pressure * time_step / tools.constants.reference_density if filled else None
         used, residual = solver.solve(
             operator, Pressures(kappa[: state.listed], -excess, arrays.diagonal), tolerance / time_step, config.divergence_iterations,
-            level, [arrays.touching, *lesser_liquids(tools, arrays, state)], state.awake,
+            level, [arrays.touching, *minority_phases(tools, arrays, state)], state.awake,
         )  # fmt: skip
         operator.hand_over()
     return used, residual * time_step
@@ -121,7 +121,7 @@ def pressed(tools: StepTools, time_step: float) -> np.float32:
     return np.float32(PRESSED * config.particle_spacing * math.hypot(*config.gravity) * time_step + 1e-20)
 
 
-def lesser_liquids(tools: StepTools, arrays: StepArrays, state: FluidState) -> list[NDArray[np.uint32]]:
+def minority_phases(tools: StepTools, arrays: StepArrays, state: FluidState) -> list[NDArray[np.uint32]]:
     """List the awake particles (K,) of each liquid but the most abundant one, with their neighbours: a liquid spreads by its rim."""
     liquids = range(len(tools.constants.densities))
     if len(liquids) == 1:

@@ -49,7 +49,7 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
         state.confinement = Confinement.OPEN if state.asleep else Confinement.FILLED
         arrays.compression[:] = 0.0  # of sleeping particles beside none that moves: nobody sums over their neighbours
         return 0, 0.0
-    constants, hood, guard = tools.constants, arrays.neighborhood, plate_guard(tools, arrays)
+    constants, neighborhood, guard = tools.constants, arrays.neighborhood, plate_guard(tools, arrays)
     moving = slice(0, count)
     before = position[:, moving].copy() if guard.present else None
     multiplier = np.zeros(state.listed, np.float32)
@@ -63,7 +63,7 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
         theta = np.float32(-math.expm1(-time_step / (SETTLING * tools.time_unit)))
         scales = ShiftScales(np.float32(time_step), square)
         passes = RelaxationConstants(constants.shift_balance, theta, INERTIA, constants.touching_wall)
-        run(shift_strength, state.listed, arrays.surface, hood.walls, scales, arrays.flow)
+        run(shift_strength, state.listed, arrays.surface, neighborhood.walls, scales, arrays.flow)
         for iteration in range(1, config.density_iterations + 1):
             found = mean_compression(arrays, state)
             if iteration > 1 and found <= config.density_tolerance:
@@ -73,10 +73,10 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
             enough = left <= config.density_tolerance
             hurried = rate if enough else HURRY * rate
             run(relaxation_multiplier, count, arrays.compression, arrays.surface, hurried, limit, multiplier)
-            run(relax, count, passes, hood, arrays.flow, multiplier, first, relaxation)
+            run(relax, count, passes, neighborhood, arrays.flow, multiplier, first, relaxation)
             if first:
                 run(
-                    end_first_pass, count, arrays.surface, hood.walls, arrays.gradient_sum, arrays.flow, scales, relaxation,
+                    end_first_pass, count, arrays.surface, neighborhood.walls, arrays.gradient_sum, arrays.flow, scales, relaxation,
                     position, state.velocity,
                 )  # fmt: skip
             else:
@@ -85,7 +85,7 @@ def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, tim
             if enough or iteration == config.density_iterations:
                 break
             place_points(tools, arrays, state)
-            run(density_constraint, count, hood, arrays.compression)
+            run(density_constraint, count, neighborhood, arrays.compression)
         if before is not None:
             guard.keep_sides(before, arrays.points, position)
             place_points(tools, arrays, state)
@@ -105,20 +105,20 @@ def carry_along(tools: StepTools, arrays: StepArrays, state: FluidState, moved: 
 
 def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
     """Compute the neighbour sums (see `particle_sums`), which particles are near a free surface, and a weightless liquid's unit of time."""
-    run, count, constants, hood = tools.team.run, state.awake, tools.constants, arrays.neighborhood
+    run, count, constants, neighborhood = tools.team.run, state.awake, tools.constants, arrays.neighborhood
     arrays.flow, exposed = np.empty((state.listed, 16), np.float32), np.empty(state.listed, np.float32)
     place_points(tools, arrays, state)
     run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
     arrays.flow[:, LIQUID] = 0.0 if constants.tensions is None else state.phase[: state.listed]
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase), constants.plane)
     run(
-        sum_over_neighbors, state.listed, hood, shares, arrays.compression, arrays.gradient_sum, arrays.flow, arrays.matrix
+        sum_over_neighbors, state.listed, neighborhood, shares, arrays.compression, arrays.gradient_sum, arrays.flow, arrays.matrix
     )  # fmt: skip
     if tools.budget is not None:
         tools.budget.add_strain(arrays.flow, time_step)
     spacing = np.float32(tools.config.particle_spacing)
     run(mark_exposed, state.listed, arrays.gradient_sum, arrays.compression, spacing, exposed)
-    run(mark_free_surface, count, hood.fluid, exposed, arrays.surface)
+    run(mark_free_surface, count, neighborhood.fluid, exposed, arrays.surface)
     state.confinement = confinement(state, int(np.count_nonzero(arrays.surface)))
     if constants.weightless:
         sums = np.zeros((block_count(count), 2))

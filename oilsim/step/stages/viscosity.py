@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from oilsim.core.state import FluidState
 from oilsim.step.step_arrays import StepArrays
 from oilsim.step.step_tools import StepTools
-from oilsim.viscosity.deferred_viscosity import NEGLIGIBLE, Due, viscosity_due
+from oilsim.viscosity.lagged_viscosity import NEGLIGIBLE, Due, viscosity_due
 from oilsim.viscosity.pair_stiffness import PairGradients, ViscousLiquid, wall_factor
 from oilsim.viscosity.viscous_response import Motion, ViscousResponse
 from oilsim.viscosity.viscous_system import ViscousSystem, implicit_share, is_mild
@@ -39,10 +39,10 @@ def begin_viscosity(tools: StepTools, state: FluidState, time_step: float) -> Vi
 def apply_viscosity(tools: StepTools, arrays: StepArrays, state: FluidState, step: ViscousStep) -> tuple[int, float]:
     """Let viscosity act on velocities; returns the iterations of the implicit solve and what it leaves [1], both 0 for an explicit step.
 
-    Liquids so thin that a step changes nothing are owed it (see `deferred_viscosity`). step: as from `begin_viscosity`.
+    Liquids so thin that a step changes nothing are lagged it (see `lagged_viscosity`). step: as from `begin_viscosity`.
     """
     due, start = step
-    state.viscous_time = due.owed
+    state.viscous_time = due.lagged
     if due.span == 0.0:
         return 0, 0.0
     with tools.stage("viscosity"):
@@ -67,10 +67,10 @@ def _due(tools: StepTools, state: FluidState, time_step: float) -> Due:
     constants, viscosity = tools.constants, _present_viscosity(tools, state)
     if not viscosity.any():
         return Due(0.0, constants.pair_viscosity, 0.0, state.viscous_time)
-    owed = np.where(viscosity > 0.0, state.viscous_time + time_step, 0.0)
+    lagged = np.where(viscosity > 0.0, state.viscous_time + time_step, 0.0)
     least = NEGLIGIBLE if constants.corrected else 0.0
     inertia = constants.densities * tools.config.particle_spacing**2
-    return viscosity_due(owed, viscosity, constants.pair_viscosity, inertia, least)
+    return viscosity_due(lagged, viscosity, constants.pair_viscosity, inertia, least)
 
 
 def _is_explicit(tools: StepTools, due: Due) -> bool:
@@ -96,23 +96,23 @@ def _viscous_response(
     tools: StepTools, arrays: StepArrays, system: ViscousSystem, time_step: float, theta: float
 ) -> ViscousResponse | None:
     """Make the answer of moving bodies to the drag of liquids that they hold; None where no liquid touches one."""
-    walls, hood = tools.walls, arrays.neighborhood
+    walls, neighborhood = tools.walls, arrays.neighborhood
     if not walls.bodies_hold or not arrays.touching.size:
         return None
     return ViscousResponse(
-        walls, arrays.body_pairs, arrays.wall_gradient, system.stiffness.walls, hood.volume, time_step, theta
+        walls, arrays.body_pairs, arrays.wall_gradient, system.stiffness.walls, neighborhood.volume, time_step, theta
     )
 
 
 def viscous_system(tools: StepTools, arrays: StepArrays, state: FluidState, viscosity: Real) -> ViscousSystem:
     """Assemble the system of liquids with a `viscosity` (P, P) [Pa s] and of the walls that hold them, at the present positions."""
-    config, walls, hood = tools.config, tools.walls, arrays.neighborhood
+    config, walls, neighborhood = tools.config, tools.walls, arrays.neighborhood
     corrected = tools.constants.corrected
     viscous = viscosity.max(axis=1) > 0.0
     chosen = np.arange(state.awake) if viscous.all() else np.flatnonzero(viscous[state.phase[: state.awake]])
     liquid = ViscousLiquid(chosen.astype(np.uint32), arrays.points, state.phase, viscosity)
     gradients = PairGradients(arrays.gradient, arrays.wall_gradient)
-    system = ViscousSystem(tools.team, liquid, hood, gradients)
+    system = ViscousSystem(tools.team, liquid, neighborhood, gradients)
     no_slip = walls.no_slip
     if no_slip is not None:
         # one sheet of walls, of whatever volume, holds the liquid; points without any are no walls

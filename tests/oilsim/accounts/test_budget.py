@@ -159,7 +159,7 @@ def test_parts_of_a_dam_break_add_up(make_fluid):
     assert ledger.momentum_residual < 1e-9
     assert ledger.gravity_work > 100.0
     # of a pair filter linear momentum feels nothing
-    assert np.abs(ledger.part("filter").momentum[:3]).max() < 1e-6 * np.abs(ledger.momentum).max()
+    assert np.abs(ledger.part("smoothing").momentum[:3]).max() < 1e-6 * np.abs(ledger.momentum).max()
     assert budget.last.duration == pytest.approx(0.01)
 
 
@@ -212,7 +212,7 @@ def test_nothing_is_left_over_where_all_causes_act(make_fluid, scheme):
         assert ledger.momentum_residual < 1e-6
     total = fluid.tools.budget.total
     # space repeats: nothing is turned; what forcings drive does not sleep
-    expected = set(CAUSES) - {"rotation", "sleep"} - ({"filter", "tension"} if scheme == "paper" else set())
+    expected = set(CAUSES) - {"rotation", "sleep"} - ({"smoothing", "tension"} if scheme == "paper" else set())
     assert set(total.parts) == expected
     for cause in expected:
         part = total.part(cause)
@@ -301,7 +301,7 @@ def test_steps_that_end_between_advances_are_accounted_for(make_fluid):
     for n in range(12):
         fluid.advance(0.007)
         before = sum(fluid.energy())
-        fluid.land()
+        fluid.finish_step()
         poured -= sum(fluid.energy())
         fluid.add_particles([(0.7, 0.0, 0.5 + 0.05 * n)], phase="water")
         poured += sum(fluid.energy())
@@ -318,7 +318,7 @@ def test_a_watched_fluid_may_be_another_in_mid_flight(make_fluid):
         return fluid
 
     first = dam()
-    assert first.state.to_fly > 0.0
+    assert first.state.time_left > 0.0
     saved = first.save_state()
     first.watch()
     first.add_particles([(0.7, 0.0, 0.5)], phase="water")
@@ -326,7 +326,7 @@ def test_a_watched_fluid_may_be_another_in_mid_flight(make_fluid):
     for watched in (first, plane_tank(make_fluid, 0.2, 0.2, 0.05)):
         budget = watched.watch()
         watched.restore_state(saved)
-        watched.advance(0.5 * watched.state.to_fly)
+        watched.advance(0.5 * watched.state.time_left)
         for _ in range(5):
             assert watched.advance(0.01).budget.energy_residual < 1e-9
         assert budget.total.part("gravity").energy != 0.0
@@ -339,13 +339,13 @@ def test_what_a_program_changes_in_a_flight_is_nobodys_work(make_fluid, change):
     for _ in range(10):
         fluid.advance(0.01)
     fluid.advance(1e-3)
-    while fluid.state.to_fly < 2e-3:
+    while fluid.state.time_left < 2e-3:
         fluid.advance(1.7e-3)
     if change == "velocities":
         fluid.set_velocities(np.tile([[0.5], [0.0], [0.0]], fluid.particle_count))
     else:
         fluid.remove_particles(np.arange(fluid.particle_count) < 30)
-    fluid.land()
+    fluid.finish_step()
     ledger = fluid.advance(0.02).budget
     assert ledger.energy_residual < 1e-6
     assert ledger.momentum_residual < 1e-6

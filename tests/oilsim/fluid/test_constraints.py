@@ -56,7 +56,7 @@ def test_relaxation_removes_compression(make_fluid, dimension):
         search_neighbors(fluid.tools, fluid.arrays, fluid.state)
         relax_positions(fluid.tools, fluid.arrays, fluid.state, 1e-3)
         errors.append(mean_compression(fluid.arrays, fluid.state))
-    # each pass mends about a fifth: after a step's passes what is left is the tolerance, or falls on in the next one
+    # each pass repairs about a fifth: after a step's passes what is left is the tolerance, or falls on in the next one
     assert errors[-1] <= 2 * fluid.config.density_tolerance
 
 

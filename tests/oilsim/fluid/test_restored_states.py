@@ -83,7 +83,7 @@ def test_what_has_not_been_told_is_told_after_a_restore(make_fluid):
     fluid.advance(1e-3)
     fluid.state.position[0, 1], fluid.state.velocity[0, 1] = 1.999, 5.0
     fluid.advance(2e-3)
-    fluid.land()
+    fluid.finish_step()
     other.restore_state(fluid.save_state())
     told, again = fluid.advance(0.02), other.advance(0.02)
     assert told.removed == again.removed == {"water": 1}

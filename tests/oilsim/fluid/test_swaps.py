@@ -103,7 +103,7 @@ def test_a_change_of_liquid_books_its_mass_and_moves_nothing():
     fluid = layers()
     budget = fluid.watch()
     fluid.advance(0.005)
-    fluid.land()
+    fluid.finish_step()
     chosen, others = fluid.phase_ids("water")[:7], fluid.phase_ids("water")[7:]
     known, oil_before = fluid.particles.id.copy(), fluid.phase_ids("oil")
     rows = np.isin(fluid.particles.id, chosen)
@@ -143,7 +143,7 @@ def drop_that_leaves():
     drop = int(fluid.particles.id.max())
     while drop in fluid.particles.id:
         fluid.advance(1.1e-3)
-        if fluid.state.to_fly > 0.0 and place_of(fluid, drop)[0] > 2.0:
+        if fluid.state.time_left > 0.0 and place_of(fluid, drop)[0] > 2.0:
             return fluid, drop
     raise AssertionError("it left at the end of a step")
 

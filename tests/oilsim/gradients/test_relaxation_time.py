@@ -128,7 +128,7 @@ def test_the_filter_has_run(make_fluid):
     fluid = vortices(make_fluid, 1.0)
     fluid.watch()
     for _ in range(STEPS):
-        assert fluid.advance(STEP).budget.part("filter").kinetic < 0.0
+        assert fluid.advance(STEP).budget.part("smoothing").kinetic < 0.0
 
 
 def test_resting_liquid_stays_at_rest(make_fluid):

@@ -1,4 +1,4 @@
-"""Moments of pair vectors are mended where the liquid shears, and nowhere else."""
+"""Moments of pair vectors are repaired where the liquid shears, and nowhere else."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_moments_are_nearer_to_one_where_layers_pass_each_other(make_fluid, dime
 def test_liquid_at_rest_keeps_its_matrices(make_fluid):
     fluid = sheared(make_fluid, 3, 0.0)
     moments(fluid)
-    kept = fluid.arrays.mended[:, :6]
+    kept = fluid.arrays.repaired[:, :6]
     assert np.array_equal(kept, fluid.arrays.matrix[:, :6])
 
 
@@ -72,9 +72,9 @@ def test_beside_walls_and_surfaces_nothing_is_mended(make_fluid):
     fluid.add_particles(points, phase="water", velocity=50.0 * points[:, [2, 0, 1]])
     moments(fluid)
     arrays = fluid.arrays
-    changed = (arrays.mended[:, :6] != arrays.matrix[:, :6]).any(axis=1)
+    changed = (arrays.repaired[:, :6] != arrays.matrix[:, :6]).any(axis=1)
     by_walls = arrays.neighborhood.walls.number[: fluid.particle_count] > 0
     assert changed.sum() > 20
     assert not changed[by_walls].any()
     assert not changed[arrays.surface.astype(bool)].any()
-    assert np.abs(arrays.mended - arrays.matrix).max() <= LARGEST * (1 + 1e-5)
+    assert np.abs(arrays.repaired - arrays.matrix).max() <= LARGEST * (1 + 1e-5)

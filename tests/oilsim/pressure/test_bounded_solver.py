@@ -20,7 +20,7 @@ class DenseSystem(System):
         self.moved = np.zeros(len(root))
         self._way = np.zeros(len(root))
 
-    def product(self, vector, image):
+    def apply(self, vector, image):
         self._change = self.root @ vector
         image[:] = self.root.T @ self._change
 
@@ -120,8 +120,8 @@ class CountedSystem(DenseSystem):
 
     whole = parts = 0
 
-    def product(self, vector, image):
-        super().product(vector, image)
+    def apply(self, vector, image):
+        super().apply(vector, image)
         self.whole += 1
 
     def part(self, group):
@@ -133,8 +133,8 @@ class PartOfCounted(DenseSystem):
         super().__init__(counted.root[:, group])
         self.counted = counted
 
-    def product(self, vector, image):
-        super().product(vector, image)
+    def apply(self, vector, image):
+        super().apply(vector, image)
         self.counted.parts += 1
 
 
@@ -173,10 +173,10 @@ class CorrectedSystem(DenseSystem):
         self.smooth = np.repeat(np.eye(COUNT // 20), 20, axis=0)
         self.inverse = np.linalg.inv(self.smooth.T @ root.T @ root @ self.smooth)
 
-    def correct(self, residual, face, correction):
-        exact = self.inverse @ (self.smooth.T @ (face * residual))
+    def correct(self, residual, free, correction):
+        exact = self.inverse @ (self.smooth.T @ (free * residual))
         unit = 10.0 ** (np.floor(np.log10(np.abs(exact) + 1e-300)) - 1.0)
-        correction += (face * (self.smooth @ (np.round(exact / unit) * unit))).astype(np.float32)
+        correction += (free * (self.smooth @ (np.round(exact / unit) * unit))).astype(np.float32)
 
 
 def test_corrections_that_are_not_linear_do_not_stop_a_long_solve():

@@ -62,7 +62,7 @@ def test_what_is_smooth_is_all_but_solved_for(make_fluid, layers, dimension, pha
     x, _, z = fluid.state.position.astype(np.float64)
     pressure = np.cos(mode * math.pi * x) * np.cos(0.5 * math.pi * z)
     residual = np.empty(fluid.state.count, np.float32)
-    operator.product(pressure.astype(np.float32), residual)
+    operator.apply(pressure.astype(np.float32), residual)
     cell, square = CELL / layers, math.pi**2 * (mode**2 + 0.25)
     error = np.linalg.norm(corrected(fluid, residual) - pressure) / np.linalg.norm(pressure)
     assert error < 0.5 * cell + 0.1 * square * cell**2

@@ -62,7 +62,7 @@ def column(make_fluid, spacing):
     fluid.add_particles(np.clip(points, (0, 0, 0.2 * spacing), (1 - 1e-6, 0, 1)), phase="water")
     for _ in range(30):  # until it has its density
         fluid.advance(0.01)
-    fluid.land()
+    fluid.finish_step()
     prepare(fluid)
     return fluid, PressureOperator(fluid.tools, fluid.arrays, fluid.state)
 
@@ -70,7 +70,7 @@ def column(make_fluid, spacing):
 def rise(fluid, operator, *pressures):
     """Return the velocities (3, N) [m/s] that pressures give, in float64."""
     fluid.state.velocity[:] = 0.0
-    operator.apply(*pressures)
+    operator.accelerate(*pressures)
     return fluid.state.velocity.astype(np.float64)
 
 

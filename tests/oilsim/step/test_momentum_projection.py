@@ -43,7 +43,9 @@ def test_liquid_alone_keeps_it_step_by_step(make_fluid, dimension):
         ledger = fluid.advance(0.01).budget
         # velocities in float32, whose rounding adds up at random: 6e-8 over the root of hundreds of particles
         np.testing.assert_allclose(angular_momentum(fluid.state, fluid.config), before, atol=2e-8 * turnover(fluid))
-        taken = max(taken, np.abs(ledger.part("positions", "filter", "pressure").momentum[3:]).max() / turnover(fluid))
+        taken = max(
+            taken, np.abs(ledger.part("positions", "smoothing", "pressure").momentum[3:]).max() / turnover(fluid)
+        )
         # what is given back is no push
         assert np.abs(ledger.part("rotation").momentum[:3]).max() < 1e-7 * turnover(fluid)
     assert taken > 1e-5

@@ -76,7 +76,7 @@ def applied(fluid, operator, kappa):
     bodies = fluid.tools.walls.moving.values()
     kept = [(body.impulse.copy(), body.twist.copy()) for body in bodies]
     fluid.state.velocity[:] = 0.0
-    operator.apply(kappa)
+    operator.accelerate(kappa)
     impulses = np.array([body.impulse - impulse for body, (impulse, _) in zip(bodies, kept, strict=True)])
     for body, (impulse, twist) in zip(bodies, kept, strict=True):
         body.impulse, body.twist = impulse, twist
@@ -85,7 +85,7 @@ def applied(fluid, operator, kappa):
 
 def image(operator, kappa):
     result = np.empty_like(kappa)
-    operator.product(kappa, result)
+    operator.apply(kappa, result)
     return result.astype(np.float64)
 
 
@@ -119,7 +119,7 @@ def test_part_of_the_operator_has_the_rows_and_columns_of_its_group(make_fluid, 
         x = rng.normal(size=fluid.particle_count).astype(np.float32)
         image(operator, x)
         alone = np.empty(group.size, np.float32)
-        part.product(x[group], alone)
+        part.apply(x[group], alone)
         others = np.ones(fluid.particle_count, bool)
         others[group] = False
         x[others] = 0.0

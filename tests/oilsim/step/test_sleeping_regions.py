@@ -283,7 +283,7 @@ def test_sleeping_water_is_found_where_it_lies_when_others_come_and_go(sleeping,
     """Beside water that sleeps as before, and whose rows in the state are others now."""
     pour(sleeping)
     sleeping.advance(0.02)
-    sleeping.land()
+    sleeping.finish_step()
     state, asleep = sleeping.state, sleeping.state.asleep
     assert 0 < state.bordering < asleep
     if change == "added":

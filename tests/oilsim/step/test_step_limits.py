@@ -107,6 +107,6 @@ def test_landing_what_has_hardly_begun_changes_nothing(make_fluid):
     fluid.add_particles(block((0.2, 0.2, 0.2), (1.0, 1.0, 0.6), 0.1), phase="water")
     fluid.advance(0.05)
     fluid.advance(1e-19)
-    fluid.land()
+    fluid.finish_step()
     fluid.advance(0.01)
     assert np.isfinite(fluid.state.velocity).all()

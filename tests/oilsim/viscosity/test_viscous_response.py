@@ -67,7 +67,7 @@ def test_the_system_is_symmetric_and_positive(stirred, tied):
     a, b = random.normal(size=(2, 3, fluid.particle_count)).astype(np.float32)
 
     def image(direction):
-        return system.force(direction, bodies.follow(direction)).astype(np.float64)
+        return system.force(direction, bodies.response_to(direction)).astype(np.float64)
 
     assert (a * image(b)).sum() == pytest.approx((b * image(a)).sum(), rel=1e-4)
     assert (a * image(a)).sum() < 0.0  # dissipates

@@ -77,7 +77,7 @@ def disordered_column(bench: Bench, spacing: float) -> Fluid:
     fill(fluid, (0, 0), (WIDTH, DEPTH))
     disturb(fluid, DISORDER * spacing, seed=1)
     bench.advance(fluid, MENDING)
-    fluid.land()
+    fluid.finish_step()
     set_velocity(fluid, np.zeros((3, fluid.particle_count)))
     return fluid
 

@@ -35,7 +35,7 @@ def launch(
         spreading = np.stack([strain[0] * x, strain[1] * y, (strain[0] + strain[1]) * (depth - z)])
         set_velocity(fluid, np.where(fluid.particles.phase == 0, spreading, velocity(fluid)))
         bench.advance(fluid, INSTANT)
-        fluid.land()
+        fluid.finish_step()
     return int(np.count_nonzero(oil))
 
 

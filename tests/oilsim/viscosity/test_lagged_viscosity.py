@@ -1,4 +1,4 @@
-"""Viscosity that is owed: each liquid's by itself, the same in the end as if every step had given it, and no momentum is lost by it."""
+"""Viscosity that is lagged: each liquid's by itself, the same in the end as if every step had given it, and no momentum is lost by it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from oilsim import Phase, block
 from oilsim.step.stages import viscosity as viscosity_stage
-from oilsim.viscosity.deferred_viscosity import viscosity_due
+from oilsim.viscosity.lagged_viscosity import viscosity_due
 from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 SPACING, STEP = 1.0 / 24.0, 0.01
@@ -50,19 +50,19 @@ def test_what_is_owed_comes_to_the_same_and_loses_no_momentum(make_fluid, monkey
         fluid.advance(50 * STEP)
         np.testing.assert_allclose(fluid.momentum(), before, atol=1e-5 * 1000.0 * 0.1)
         flows.append([np.abs(fluid.phase_velocities(name)[:, 0]).mean() for name in ("water", "oil")])
-    owed, given = np.array(flows)
+    lagged, given = np.array(flows)
     assert given[0] > 0.05  # the oil has come to rest, and the water flows on below it
-    np.testing.assert_allclose(owed, given, atol=0.01 * 0.1)
+    np.testing.assert_allclose(lagged, given, atol=0.01 * 0.1)
 
 
 def test_shear_of_two_liquids_goes_with_the_thinner_one():
     viscosity = np.array([1.0, 30.0, 1.0, 0.0])
-    owed, inertia = np.array([4.0, 2.0, 4.0, 0.0]), np.array([1.0, 1.0, 100.0, 1.0])
+    lagged, inertia = np.array([4.0, 2.0, 4.0, 0.0]), np.array([1.0, 1.0, 100.0, 1.0])
     matrix = viscosity_matrix(viscosity.tolist(), same_phase_only=False)
-    due = viscosity_due(owed, viscosity, matrix, inertia, least=1.0)
-    assert (due.span, due.number, due.owed.tolist()) == (4.0, 60.0, [0.0, 0.0, 4.0, 0.0])
+    due = viscosity_due(lagged, viscosity, matrix, inertia, least=1.0)
+    assert (due.span, due.number, due.lagged.tolist()) == (4.0, 60.0, [0.0, 0.0, 4.0, 0.0])
     np.testing.assert_array_equal(due.matrix, due.matrix.T)
     np.testing.assert_array_equal(due.matrix[1], [matrix[0, 1], 15.0, 0.0, 0.0])
-    assert viscosity_due(0.1 * owed, viscosity, matrix, 100.0 * inertia, least=1.0).span == 0.0
-    all_due = viscosity_due(owed, viscosity, matrix, inertia, least=0.0)
-    assert all_due.owed.tolist() == [0.0] * 4
+    assert viscosity_due(0.1 * lagged, viscosity, matrix, 100.0 * inertia, least=1.0).span == 0.0
+    all_due = viscosity_due(lagged, viscosity, matrix, inertia, least=0.0)
+    assert all_due.lagged.tolist() == [0.0] * 4

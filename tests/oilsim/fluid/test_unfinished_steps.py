@@ -28,14 +28,14 @@ def test_steps_do_not_depend_on_how_often_they_are_looked_at(make_fluid):
     assert pieces.time == pytest.approx(whole.time)
     # the flight is summed up in more pieces, by some roundings of a metre each
     np.testing.assert_allclose(pieces.phase_positions("water"), whole.phase_positions("water"), atol=2e-5)
-    assert whole.state.to_fly == pytest.approx(pieces.state.to_fly)
+    assert whole.state.time_left == pytest.approx(pieces.state.time_left)
 
 
 def test_liquid_is_seen_on_its_flight(make_fluid):
     fluid = falling_dam(make_fluid)
     fluid.advance(0.1)
     before, velocity = fluid.phase_positions("water"), fluid.phase_velocities("water")
-    left = fluid.state.to_fly
+    left = fluid.state.time_left
     assert left > 0.0
     report = fluid.advance(0.5 * left)
     assert report.sub_steps == 0
@@ -48,12 +48,12 @@ def test_liquid_is_seen_on_its_flight(make_fluid):
 def test_landing_ends_a_step_where_it_is_and_nothing_else(make_fluid):
     fluid = falling_dam(make_fluid)
     fluid.advance(0.1)
-    flown, time = fluid.state.step - fluid.state.to_fly, fluid.time
-    fluid.land()
-    assert (fluid.state.to_fly, fluid.time) == (0.0, time)
+    flown, time = fluid.state.step - fluid.state.time_left, fluid.time
+    fluid.finish_step()
+    assert (fluid.state.time_left, fluid.time) == (0.0, time)
     assert fluid.state.time_step == pytest.approx(flown)
     landed = fluid.phase_velocities("water")
-    fluid.land()
+    fluid.finish_step()
     np.testing.assert_array_equal(fluid.phase_velocities("water"), landed)
 
 
@@ -61,7 +61,7 @@ def test_flight_goes_on_after_a_restart_bit_for_bit(make_fluid):
     fluid, other = falling_dam(make_fluid), falling_dam(make_fluid)
     fluid.advance(0.1)
     saved = fluid.save_state()
-    assert saved["state"]["to_fly"] > 0.0
+    assert saved["state"]["time_left"] > 0.0
     other.restore_state(saved)
     for one in (fluid, other):
         one.advance(0.003)
@@ -72,7 +72,7 @@ def test_flight_goes_on_after_a_restart_bit_for_bit(make_fluid):
 def test_what_is_added_ends_a_flight_and_bodies_keep_steps_within_advances(make_fluid):
     fluid = falling_dam(make_fluid)
     fluid.advance(0.1)
-    begun, flown = fluid.state.step, fluid.state.step - fluid.state.to_fly
+    begun, flown = fluid.state.step, fluid.state.step - fluid.state.time_left
     assert 0.0 < flown < begun
     plate = np.stack(np.meshgrid(np.arange(4), np.arange(4), [0]), axis=-1).reshape(-1, 3) * 0.1
     handle = fluid.add_boundary(
@@ -81,7 +81,7 @@ def test_what_is_added_ends_a_flight_and_bodies_keep_steps_within_advances(make_
     position, landed = np.array([1.5, 0.1, 1.5]), flown
     for _ in range(5):
         fluid.set_boundary_motion(handle, position, (0, 0, 0, 1), (0.1, 0, 0), (0, 0, 0))
-        assert (fluid.state.to_fly, fluid.state.time_step) == (0.0, pytest.approx(flown))
+        assert (fluid.state.time_left, fluid.state.time_step) == (0.0, pytest.approx(flown))
         report = fluid.advance(0.013)
         position = position + 0.013 * np.array([0.1, 0.0, 0.0])
         assert report.sub_steps * report.time_step == pytest.approx(landed + 0.013)
@@ -90,9 +90,9 @@ def test_what_is_added_ends_a_flight_and_bodies_keep_steps_within_advances(make_
         flown, landed = fluid.state.step, 0.0
     fluid.remove_boundary(handle)
     fluid.advance(0.1)
-    assert fluid.state.to_fly > 0.0
+    assert fluid.state.time_left > 0.0
     fluid.add_particles(block((0.9, 0.2, 1.5), (1.2, 0.5, 1.8), SPACING), phase="water")
-    assert fluid.state.to_fly == 0.0
+    assert fluid.state.time_left == 0.0
 
 
 def test_paper_keeps_its_steps_within_advances(make_fluid):
@@ -100,7 +100,7 @@ def test_paper_keeps_its_steps_within_advances(make_fluid):
     for duration in (0.013, 0.0071):
         report = fluid.advance(duration)
         assert report.sub_steps * report.time_step == pytest.approx(duration)
-        assert fluid.state.to_fly == 0.0
+        assert fluid.state.time_left == 0.0
 
 
 @pytest.mark.parametrize("interrupted", [False, True])
@@ -115,7 +115,7 @@ def test_a_pipe_pours_as_much_where_steps_are_cut_short(make_fluid, interrupted)
     for _ in range(100):
         emitted += fluid.advance(time / 100).emitted.get("water", 0)
         if interrupted:
-            fluid.land()
+            fluid.finish_step()
     # a layer at once, and one more for every spacing that the jet has moved, to rounding
     assert emitted / layer == pytest.approx(1 + time * pipe.speed / SPACING, abs=1.0)
 
@@ -124,11 +124,11 @@ def test_what_landing_does_is_in_the_next_report(make_fluid):
     fluid = falling_dam(make_fluid)
     fluid.add_particles([(2.25, 0.3, 2.0)], phase="water", velocity=(10.0, 0.0, 0.0))
     fluid.advance(1e-3)
-    while fluid.state.to_fly < 0.008:
+    while fluid.state.time_left < 0.008:
         report = fluid.advance(1e-3)
     assert report.removed == {}
     fluid.state.position[0, np.argmax(fluid.state.velocity[0])] = 2.4
-    fluid.land()
+    fluid.finish_step()
     assert report.removed == {}
     later = fluid.advance(1e-4)
     assert (later.removed, later.sub_steps) == ({"water": 1}, 1)
@@ -157,7 +157,7 @@ def dam_and_drop(make_fluid):
     fluid = falling_dam(make_fluid)
     fluid.add_particles([(-0.25, 0.3, 2.0)], phase="water", velocity=(-1.0, 0.0, 0.0))
     fluid.advance(1e-3)
-    while fluid.state.to_fly < 0.008:
+    while fluid.state.time_left < 0.008:
         fluid.advance(1e-3)
     drop = int(fluid.particles.id.max())
     assert fluid.particles.id[0] == drop
@@ -171,7 +171,7 @@ def test_new_velocities_end_a_flight(make_fluid):
     ids = fluid.particles.id
     given = np.tile([[-40.0], [0.0], [0.0]], ids.size) + 1e-2 * ids * [[0.0], [0.0], [1.0]]
     fluid.set_velocities(given)
-    assert fluid.state.to_fly == 0.0 and drop not in fluid.particles.id
+    assert fluid.state.time_left == 0.0 and drop not in fluid.particles.id
     np.testing.assert_allclose(fluid.particles.velocity[2], 1e-2 * fluid.particles.id, rtol=1e-6)  # each its own
     fluid.advance(0.01)
     assert fluid.particles.position[0].min() > -0.5 * SPACING
