@@ -18,7 +18,7 @@ class DenseSystem(System):
     def __init__(self, root):
         self.root = root
         self.moved = np.zeros(len(root))
-        self._way = np.zeros(len(root))
+        self._direction = np.zeros(len(root))
 
     def apply(self, vector, image):
         self._change = self.root @ vector
@@ -27,11 +27,11 @@ class DenseSystem(System):
     def part(self, group):
         return DenseSystem(self.root[:, group])
 
-    def turn(self, share):
-        self._way = self._change + share * self._way
+    def set_direction(self, beta):
+        self._direction = self._change + beta * self._direction
 
-    def follow(self, length):
-        self.moved += length * self._way
+    def take_step(self, length):
+        self.moved += length * self._direction
 
 
 def laplacian_root(stiffness):
@@ -116,7 +116,7 @@ def test_few_particles_are_not_lost_among_many_where_they_are_watched(watched):
 
 
 class CountedSystem(DenseSystem):
-    """Counts the products of the whole and those of its parts."""
+    """Counts the applications of the whole and those of its parts."""
 
     whole = parts = 0
 
@@ -139,7 +139,7 @@ class PartOfCounted(DenseSystem):
 
 
 @pytest.mark.parametrize("closed", [False, True])
-def test_what_a_watched_group_needs_costs_the_others_one_product(closed):
+def test_what_a_watched_group_needs_costs_the_others_one_application(closed):
     # a watched forty, of which many want to part, before 1500 that stay under pressure and have little to do
     few, count = np.arange(40), 1540
     root, whole = np.eye(count) - 0.9 * np.eye(count, k=1), []
