@@ -40,6 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for library in ("OPENBLAS", "OMP", "MKL"):
         # The matrices here are small; threads of a linear algebra library would only take cores from the fluid.
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    os.environ["PYTHONSAFEPATH"] = (
+        "1"  # of the programs that this one starts: none runs a module of the folder that is current
+    )
     given = _with_negative_values(sys.argv[1:] if arguments is None else arguments)
     parser = command_parser()
     options = parser.parse_args(given)

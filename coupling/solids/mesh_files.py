@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import logging
 import struct
 from pathlib import Path
 
@@ -17,6 +18,9 @@ import trimesh
 
 Array = npt.NDArray[np.float64]
 
+logging.getLogger("trimesh").addHandler(
+    logging.NullHandler()
+)  # else its words, with a traceback, reach the terminal by themselves
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 LARGEST_FILE = 1 << 30  # bytes; parsing takes some 20 times as much memory
 BINARY_STL_HEADER = 84  # bytes: 80 of comment and the number of triangles

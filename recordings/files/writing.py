@@ -35,6 +35,22 @@ def why_unwritable(path: Path) -> str:
     return ""
 
 
+def why_no_folder(path: Path) -> str:
+    """Give the reason why no files can be written into a folder, or why it cannot be made, without leaving a trace; empty if they can."""
+    if path.is_dir():
+        return "" if os.access(path, os.W_OK | os.X_OK) else "Permission denied"
+    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    try:
+        path.mkdir(parents=True)
+    except OSError as error:
+        return error.strerror or str(error)
+    finally:
+        for folder in missing:
+            if folder.is_dir():
+                folder.rmdir()
+    return ""
+
+
 def write_whole(path: Path, text: str) -> None:
     """Write a text file whole or not at all: whoever reads it meanwhile, or after the power failed, finds the old one or the new.
 

@@ -115,10 +115,10 @@ def _oils(options: argparse.Namespace) -> int:
     from scenarios.text.terminal import terminal
 
     console = terminal()
+    _check(options)
     if options.refused:
         console.print(_refused())
         return DONE
-    _check(options)
     text = " ".join(options.search)
     if text and not fault_of(text):
         console.print(_card_of_oil(oil_named(text), options))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
 from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.problems import Problem, ScenarioError, reason_of
-from scenarios.running.output_paths import free_recording
+from scenarios.running.output_paths import free_recording, unwritable
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -97,9 +96,6 @@ def _require_possible(options: argparse.Namespace) -> None:
         problems.append(Problem("--port", f"is {options.port}, allowed: 0 to 65535"))
     if not 0.1 <= options.pace <= 10.0:
         problems.append(Problem("--pace", f"is {options.pace:g}, allowed: 0.1 to 10"))
-    if options.record is not None and not os.access(options.record.absolute().parent, os.W_OK):
-        problems.append(
-            Problem("--record", f"is {str(options.record)!r}, allowed: a file in a folder that can be written")
-        )
+    problems += unwritable({"--record": options.record}, {})
     if problems:
         raise ScenarioError(problems, "oilsim")

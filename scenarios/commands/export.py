@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError
-from scenarios.running.output_paths import require_apart
+from scenarios.running.output_paths import require_apart, require_writable
 
 if TYPE_CHECKING:
     from recordings.model.exercise import Site
@@ -58,6 +58,7 @@ def _export(options: argparse.Namespace) -> int:
     )
     written = {f"--{name}": getattr(options, name) for name in ("netcdf", "geojson", "vtk")}
     require_apart({"the recording": options.recording}, written)
+    require_writable({"--netcdf": options.netcdf, "--geojson": options.geojson}, {"--vtk": options.vtk})
     apart = interval(options)
     replay = whole_run(options.recording)
     site = _site(options, replay) if options.netcdf or options.geojson else None

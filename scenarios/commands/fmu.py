@@ -10,7 +10,7 @@ from typing import Literal
 from scenarios.commands.options.scenario import add_scenario, overrides
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError
-from scenarios.running.output_paths import require_apart
+from scenarios.running.output_paths import require_apart, require_writable
 
 STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s], the default experiment of the FMU
 
@@ -33,14 +33,6 @@ def add_version(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fmi", type=int, choices=(2, 3), default=3, help="version of FMI (default: 3)")
 
 
-def require_folder(path: Path, option: str) -> None:
-    """Raise ScenarioError, naming the option, unless a file can be written at `path`."""
-    if path.is_dir() or not path.absolute().parent.is_dir():
-        raise ScenarioError(
-            [Problem(option, f"is {str(path)!r}, allowed: a file name in an existing folder")], "oilsim"
-        )
-
-
 def _build(options: argparse.Namespace) -> int:
     output = options.output or Path(f"{Path(options.model).stem}.fmu")
     print(f"{output}: {build_fmu(options.model, output, options.fmi)}, FMI {options.fmi}")
@@ -53,7 +45,7 @@ def build_fmu(model_name: str, output: Path, version: Literal[2, 3]) -> str:
     from coupling.fmu.scalar_model import MODEL_FILE, model_in
 
     source = _source(model_name)
-    require_folder(output, "--output")
+    require_writable({"--output": output})
     require_apart({"the model": source}, {"--output": output})
     try:
         model = model_in(source)
@@ -101,7 +93,7 @@ def _export(options: argparse.Namespace) -> int:
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     output = options.output or Path(f"{loaded.scenario.name}.fmu")
-    require_folder(output, "--output")
+    require_writable({"--output": output})
     require_apart({"the scenario": loaded.path} | Plan(scenario=loaded.scenario).files, {"--output": output})
     try:
         export_fmu(exercise_content(loaded.scenario), output, options.fmi)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.exit_codes import DONE, FAILED
 from scenarios.problems import Problem, ScenarioError
-from scenarios.running.output_paths import already_there, free_recording, require_apart
+from scenarios.running.output_paths import already_there, free_recording, require_apart, require_writable, unwritable
 
 if TYPE_CHECKING:
     from recordings.replay.recording import Replay
@@ -59,6 +59,7 @@ def _debrief(options: argparse.Namespace) -> int:
 
     criteria = None if options.criteria is None else read_criteria(options.criteria)
     folder = options.out or Path(f"{options.recording.stem}-debrief")
+    require_writable({}, {"--out": folder})
     with file_errors():
         print(write_debrief(options.recording, folder, criteria))
     return DONE
@@ -131,6 +132,7 @@ def _report(options: argparse.Namespace) -> int:
 
     require_some(options, "csv", "parquet")
     require_used(options, {"ids": ("tracks",), "every": ("tracks",)})
+    require_writable({}, {"--csv": options.csv, "--parquet": options.parquet})
     apart, ids = interval(options), particle_ids("--ids", options.ids)
     replay = whole_run(options.recording)
     folders: tuple[tuple[Format, Path | None], ...] = (("csv", options.csv), ("parquet", options.parquet))
@@ -166,6 +168,7 @@ def _repair(options: argparse.Namespace) -> int:
         Replay(source)  # it may be whole and no run
         print(f"{source} is complete; there is nothing to repair")
         return DONE
+    require_writable({"--to": options.to})
     copy = repair(source, options.to)
     try:
         replay = Replay(copy)
@@ -228,7 +231,8 @@ def _compare(options: argparse.Namespace) -> int:
 
 def _require_new(options: argparse.Namespace) -> None:
     """Raise ScenarioError unless the file to write is new, or may be replaced."""
-    problems = [] if options.overwrite else already_there({"--to": options.to})
+    problems = unwritable({"--to": options.to}, {})
+    problems += [] if options.overwrite else already_there({"--to": options.to})
     if options.overwrite and options.to is None:
         problems = [Problem("--overwrite", "is given, allowed: only with --to")]
     if problems:

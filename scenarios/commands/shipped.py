@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.exit_codes import DONE
 from scenarios.problems import Problem, ScenarioError
+from scenarios.running.output_paths import unwritable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -142,8 +143,8 @@ def _new(options: argparse.Namespace) -> int:
         problems.append(Problem("--to", text))
     if path.exists():
         problems.append(Problem("--to", f"is {str(path)!r}, which is there already; allowed: another name"))
-    if not path.absolute().parent.is_dir():
-        problems.append(Problem("--to", f"is {str(path)!r}, allowed: a file in an existing folder"))
+    else:
+        problems += unwritable({"--to": path}, {})
     if problems:
         raise ScenarioError(problems, "oilsim")
     path.write_text(commented(loaded.text, path.stem), encoding="utf-8")

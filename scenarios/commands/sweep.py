@@ -60,10 +60,11 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _sweep(options: argparse.Namespace) -> int:
     from scenarios.sweeps.sweep import run_sweep
-    from scenarios.sweeps.variants import parse_variation, variants
+    from scenarios.sweeps.variants import parse_variation, require_few, variants
 
     _require(options)
     variations = [parse_variation(text) for text in options.vary]
+    require_few([len(one.values) for one in variations], options.runs or 1)
     chosen = variants(
         options.scenario, variations, overrides=overrides(options), demo=options.demo, samples=_samples(options)
     )

@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 
 import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from recordings.sink.viewer import LOOPBACK, ViewerError, WebViewer, web_viewer
 from scenarios.conduct.access import Access
@@ -23,6 +24,7 @@ from scenarios.text.terminal import terminal
 
 BACKLOG = 64  # [1] connections that wait to be taken
 EVERYWHERE = ("0.0.0.0", "::")  # addresses by which a server listens at all of a machine's
+FIRST_REQUEST = 5.0  # [s] within which a connection must ask for something
 MOST_CONNECTIONS = 200  # [1] at a time, pages and files
 
 
@@ -110,6 +112,7 @@ async def _serve(errand: Errand, access: Access, listeners: list[socket.socket],
     server = PageServer(access, session, hosts=hosts, viewer=view)
     config = uvicorn.Config(
         server.application,
+        http=_Prompt,
         ws="websockets-sansio",
         ws_max_size=LONGEST,
         ws_per_message_deflate=False,
@@ -125,6 +128,19 @@ async def _serve(errand: Errand, access: Access, listeners: list[socket.socket],
         loop.add_signal_handler(number, pages.end)
     async with running(session):
         await pages.serve(sockets=listeners)
+
+
+class _Prompt(H11Protocol):
+    """A connection that is closed unless a whole request has come within `FIRST_REQUEST` seconds, however slowly its headers arrive."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin to wait for the request."""
+        super().connection_made(transport)
+        self.loop.call_later(FIRST_REQUEST, self._end_unasked)
+
+    def _end_unasked(self) -> None:
+        if self.cycle is None and self.transport.get_protocol() is self and not self.transport.is_closing():
+            self.transport.close()
 
 
 class _PageProcess(uvicorn.Server):

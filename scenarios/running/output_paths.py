@@ -5,8 +5,9 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
-from recordings.files.writing import is_same_file
+from recordings.files.writing import is_same_file, why_no_folder, why_unwritable
 from scenarios.problems import Problem, ScenarioError
 
 CHECKPOINTS_ENDING = ".checkpoints"
@@ -32,6 +33,29 @@ def already_there(written: Mapping[str, Path | None]) -> list[Problem]:
         for name, path in written.items()
         if path is not None and path.is_file() and path.stat().st_size > 0  # `held` makes an empty one
     ]
+
+
+def unwritable(files: Mapping[str, Path | None], folders: Mapping[str, Path | None]) -> list[Problem]:
+    """Find the files and folders, by the name of their option, that cannot be written; None for an option that is not given."""
+    looks = (
+        (files, why_unwritable, "a file in an existing folder"),
+        (folders, why_no_folder, "a folder that can be written"),
+    )
+    return [
+        Problem(name, f"is {str(path)!r}, which cannot be written: {reason}; allowed: {allowed}")
+        for written, why, allowed in looks
+        for name, path in written.items()
+        if path is not None and (reason := why(path))
+    ]
+
+
+def require_writable(
+    files: Mapping[str, Path | None], folders: Mapping[str, Path | None] = MappingProxyType({})
+) -> None:
+    """Raise ScenarioError before any work with each file and folder that cannot be written, as `unwritable` finds them."""
+    problems = unwritable(files, folders)
+    if problems:
+        raise ScenarioError(problems, "oilsim")
 
 
 def require_apart(read: Mapping[str, Path], written: Mapping[str, Path | None]) -> None:

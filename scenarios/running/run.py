@@ -14,14 +14,14 @@ from rich.console import Console
 from rich.table import Table
 
 from recordings.files.errors import RecordingError
-from recordings.files.writing import RECORDING_ENDING, held, why_unwritable
+from recordings.files.writing import RECORDING_ENDING, held
 from recordings.model.words import cause_in_words, volume_in_words
 from scenarios.exit_codes import FAILED
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, checkpoint_writer
 from scenarios.running.instructor import Instructor
-from scenarios.running.output_paths import already_there, checkpoint_folder, require_apart
+from scenarios.running.output_paths import already_there, checkpoint_folder, require_apart, unwritable
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan
 from scenarios.running.run_loop import RunLoop
@@ -210,19 +210,13 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
 
 def _require_writable(options: RunOptions) -> None:
     """Raise ScenarioError before the run, not after it, if an output could not be written."""
-    problems = []
-    endings = {"record": (RECORDING_ENDING,), "picture": _PICTURE_ENDINGS}
-    for name in ("record", "summary", "picture"):
-        path: Path | None = getattr(options, name)
-        if path is None:
-            continue
-        reason = why_unwritable(path)
-        if reason:
-            text = f"is {str(path)!r}, which cannot be written: {reason}; allowed: a file in an existing folder"
-            problems.append(Problem(f"--{name}", text))
-        elif name in endings and path.suffix not in endings[name]:
-            allowed = " or ".join(endings[name])
-            problems.append(Problem(f"--{name}", f"is {str(path)!r}, allowed: a name that ends with {allowed}"))
+    written = {f"--{name}": getattr(options, name) for name in ("record", "summary", "picture")}
+    problems = unwritable(written, {})
+    faulty = {problem.path for problem in problems}
+    for name, endings in (("--record", (RECORDING_ENDING,)), ("--picture", _PICTURE_ENDINGS)):
+        path: Path | None = written[name]
+        if path is not None and name not in faulty and path.suffix not in endings:
+            problems.append(Problem(name, f"is {str(path)!r}, allowed: a name that ends with {' or '.join(endings)}"))
     if problems:
         raise ScenarioError(problems, "oilsim")
 

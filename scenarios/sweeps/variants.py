@@ -7,17 +7,20 @@ import itertools
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from rich.progress import track
 from scipy.stats import qmc
 
 from scenarios.load import load_scenario
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.plan import Plan
+from scenarios.text.terminal import terminal
 from scenarios.text.toml import read_toml
 
 Method = Literal["latin-hypercube", "monte-carlo"]
@@ -67,6 +70,8 @@ def samples(ranges: Sequence[Range], count: int, method: Method, seed: int) -> l
 
 
 _ALLOWED = "key=value,value,... for example tow.speed_kn=0.3,0.5,0.7"
+MOST_RUNS = 100_000  # of a sweep: each leaves files of its own
+MANY_RUNS = 1_000  # from which a sweep is refused at its first fault, since looking for all takes minutes
 _NAME_LETTERS = 80  # of a combination in a file's name
 
 
@@ -111,7 +116,7 @@ def parse_variation(text: str) -> Variation:
     values = _values(listed)
     if not (equals and key.strip() and values and all(values)):
         raise ScenarioError([Problem("--vary", f"is {text!r}, allowed: {_ALLOWED}")], "oilsim")
-    twice = sorted({value for value in values if values.count(value) > 1})
+    twice = sorted(value for value, count in Counter(values).items() if count > 1)
     if twice:
         raise ScenarioError(
             [Problem(f"--vary {key}", f"has the value {', '.join(twice)} twice, allowed: each value once")], "oilsim"
@@ -129,7 +134,8 @@ def variants(
 ) -> list[Variant]:
     """Build all combinations, each with every sample of other entries; the last entry varies fastest, the samples faster.
 
-    Raises ScenarioError with everything that is wrong in any combination, before anything is run.
+    Raises ScenarioError with everything that is wrong in any combination, before anything is run; of more than `MANY_RUNS`, with what is
+    wrong in the first that is refused. Shows how far the look has come.
     """
     keys = [variation.key for variation in variations] + list(samples[0])
     twice = sorted({key for key in keys if keys.count(key) > 1})
@@ -141,11 +147,21 @@ def variants(
             ],
             "oilsim",
         )
+    count = require_few([len(variation.values) for variation in variations], len(samples))
     found: list[Variant] = []
     problems: list[Problem] = []
     where = ""
     grid = itertools.product(*(variation.values for variation in variations))
-    for combination, sample in itertools.product(grid, samples):
+    looked = track(
+        itertools.product(grid, samples),
+        "looking at the runs",
+        total=count,
+        console=terminal(stderr=True),
+        transient=True,
+    )
+    for combination, sample in looked:
+        if problems and count > MANY_RUNS:
+            break
         values = dict(zip(keys, combination, strict=False)) | dict(sample)
         settings = (*overrides, *(f"{key}={value}" for key, value in values.items()))
         try:
@@ -159,6 +175,14 @@ def variants(
     if problems:
         raise ScenarioError(problems, where)
     return found
+
+
+def require_few(values: Sequence[int], samples: int) -> int:
+    """Return the number of runs of a sweep, by how many values each entry takes; ScenarioError for more than `MOST_RUNS`."""
+    count = math.prod(values) * samples
+    if count > MOST_RUNS:
+        raise ScenarioError([Problem("the sweep", f"has {count:,} runs, allowed: up to {MOST_RUNS:,}")], "oilsim")
+    return count
 
 
 def _values(listed: str) -> tuple[str, ...]:

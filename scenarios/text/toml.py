@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 _PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
+DEEPEST = 30  # levels of tables and lists in each other; ours have six
 _OPEN_QUOTE = ("Illegal character '\\n'", "Unterminated string", 'Expected "\'"', "Expected \"'''\"")
 
 
@@ -27,11 +28,24 @@ def read_toml_file(path: Path) -> tuple[str, dict[str, Any]]:
 def read_toml(text: str) -> dict[str, Any]:
     """Read the tables of a TOML text; ValueError if it is none, is nested too deeply, or holds a number of thousands of digits."""
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
+        if _depth(tables) > DEEPEST:
+            raise RecursionError
+        return tables
     except RecursionError as error:
         raise ValueError("lists or tables are nested too deeply") from error
     except tomllib.TOMLDecodeError as error:
         raise ValueError(_in_words(str(error), text)) from error
+
+
+def _depth(tables: dict[str, Any]) -> int:
+    """Count the levels of tables and lists in each other, up to one more than allowed."""
+    depth, level = 0, list[Any]([tables])
+    while level and depth <= DEEPEST:
+        inner = (entry.values() if isinstance(entry, dict) else entry for entry in level)
+        level = [one for entries in inner for one in entries if isinstance(one, dict | list)]
+        depth += 1
+    return depth
 
 
 def _in_words(told: str, text: str) -> str:

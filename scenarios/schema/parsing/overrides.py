@@ -17,16 +17,25 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "density": ("mass",),
 }
 
+MOST_PARTS = 12  # of a key; the longest that means something has six
+
 _INDEX = r"-?[0-9]{1,9}"  # of an entry of a list, from its end if it is below 0
 
 
 def parse_override(text: str) -> tuple[tuple[str, ...], Any]:
-    """Read ``fluid.particle_spacing=0.06`` as a path and a value; a bare word is text. ScenarioError for another form."""
+    """Read ``fluid.particle_spacing=0.06`` as a path and a value; a bare word is text. ScenarioError for another form.
+
+    A key of more parts than `MOST_PARTS` is refused, too: no section lies so deep.
+    """
     path, equals, value = text.partition("=")
     keys = tuple(key.strip() for key in path.split("."))
     if not equals or not all(keys):
         raise ScenarioError(
             [Problem("--set", f"is {text!r}, allowed: key=value, for example fluid.particle_spacing=0.06")]
+        )
+    if len(keys) > MOST_PARTS:
+        raise ScenarioError(
+            [Problem("--set", f"has a key of {len(keys)} parts, {path[:40]}..., allowed: up to {MOST_PARTS}")]
         )
     try:
         return keys, read_toml(f"value = {value}")["value"]

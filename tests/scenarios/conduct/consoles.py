@@ -25,6 +25,20 @@ fill.slick = {shape = "block", phase = "oil", lower = [8.0, -2.0, -0.01], upper 
 sea.current = {kind = "steady", speed = 0.1, direction = 0.0}
 """
 TOW = small_tow(duration=1000.0, communication_step=0.05, frame_rate=20, more=OIL)
+TRAP = 'from pathlib import Path\nPath(__file__).with_name("HIJACKED").touch()\nraise ImportError("from the current folder")\n'
+FOREIGN = (
+    "numpy",
+    "numba",
+    "scipy",
+    "uvicorn",
+    "starlette",
+    "websockets",
+    "rerun",
+    "trimesh",
+    "pybullet",
+    "rich",
+    "cattrs",
+)
 PATIENCE = 120.0  # [s]; the first run in a fresh cache compiles
 
 
@@ -114,8 +128,11 @@ def console(folder: Path, text: str, *options: str, has_scene: bool = False) -> 
     """Conduct the exercise of a scenario's text in a folder, with a 3-D view if wanted; it ends in order after the block."""
     (folder / "exercise.toml").write_text(text)
     (folder / "user").mkdir(mode=0o700)
+    for name in {*sys.stdlib_module_names, *FOREIGN}:
+        (folder / f"{name}.py").write_text(TRAP)
     command = [
         sys.executable,
+        "-P",
         "-m",
         "scenarios.cli",
         "conduct",
@@ -142,3 +159,6 @@ def console(folder: Path, text: str, *options: str, has_scene: bool = False) -> 
                 process.kill()
                 raise
             assert process.returncode == 0
+            assert not (folder / "HIJACKED").exists(), (
+                "no process of a console takes its modules from the current folder"
+            )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import socket
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
@@ -17,6 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from recordings.replay.recording import Replay
 from scenarios.conduct.commands import LONGEST
+from scenarios.conduct.console import FIRST_REQUEST
 from scenarios.conduct.server import CLOSED_MANY, CLOSED_TOKEN, MOST_PAGES, other_origin
 from scenarios.running.verify import verify
 from tests.fuzz.console import attacked, faults
@@ -27,6 +29,16 @@ from tests.scenarios.conduct.consoles import TOW, Console, console
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Console]:
     with console(tmp_path_factory.mktemp("console"), TOW, "--pace", "2") as one:
         yield one
+
+
+def test_connections_that_ask_for_nothing_are_closed(served: Console) -> None:
+    host, port = served.host.split(":")
+    with socket.create_connection((host, int(port))) as silent, socket.create_connection((host, int(port))) as slow:
+        for byte in b"GET /":  # and then no more
+            slow.sendall(bytes([byte]))
+        for one in (silent, slow):
+            one.settimeout(3.0 * FIRST_REQUEST)
+            assert one.recv(100) == b""
 
 
 def test_a_run_begins_paused_and_pages_steer_by_role(served: Console) -> None:
