@@ -23,7 +23,11 @@ STEEPEST_EXPANSION = 3.0  # [kg/m3 a degree] above which a line through two dens
 API_TEMPERATURE = 15.56  # [degrees C] 60 F, at which API gravity is defined
 WATER_AT_60F = 999.016  # [kg/m3] fresh water at 60 F (ASTM D1250)
 DENSITY_GAIN = 0.18  # [-] C_d of an oil without weathered samples (Buchanan and Hurford 1988)
-VISCOSITY_GAIN = 5.0  # [-] C_v of an oil without weathered samples; 1 (refined) to 10 (heavy) in Mackay et al. 1980
+GAIN_OFFSET, GAIN_SLOPE = (
+    27.1,
+    -0.510,
+)  # [-] C_v = offset + slope API, of oils without weathered samples; fit (Theil, Sen) to 115 others
+GAINS = (1.0, 25.0)  # [-] the range of C_v that this fit covers
 MOONEY_SLOPE = 2.5  # [-] Einstein's coefficient of a suspension of spheres
 MOONEY_CROWDING = 0.65  # [-] self-crowding factor that Mackay et al. 1980 take for water in oil
 MOST_WATER = 0.9  # [-] share of water of the wettest stable emulsions
@@ -35,8 +39,8 @@ SLOPE_OFFSET, SLOPE_GAIN = (
 SLOPES = (500.0, 16000.0)  # [K] the range of B that this fit covers
 VISCOSITY_GAINS = (
     0.5,
-    20.0,
-)  # [-] of C_v from weathered samples; beyond, a sample or its share is wrong, and the typical one is taken
+    40.0,
+)  # [-] of C_v from weathered samples; beyond, a sample or its share is wrong, and that of the fit is taken
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ class OilRecord:
         """B [K] of nu = A exp(B / T), fitted to all measurements of the fresh oil; of one measurement, the library's usual B."""
         temperatures, values = self._means("viscosity")
         if len(temperatures) == 1:
-            return _usual_slope(math.log(values[0]), temperatures[0])
+            return usual_slope(math.log(values[0]), temperatures[0])
         return _slope(1.0 / temperatures, np.log(values))
 
     def rises_when_warmed(self, quantity: str, slack: float) -> bool:
@@ -116,17 +120,22 @@ class OilRecord:
 
     @cached_property
     def viscosity_gain(self) -> float:
-        """C_v [-] of nu = nu_0 exp(C_v F), from the record's weathered samples, else a typical one."""
+        """C_v [-] of nu = nu_0 exp(C_v F), from the record's weathered samples, else the library's usual one for its API gravity."""
         gains = [
             (point.evaporated, math.log(point.value / self._fresh_viscosity(point.temperature)))
             for point in self._weathered("viscosity")
         ]
         found = _slope_through_zero(gains)
-        return found if VISCOSITY_GAINS[0] <= found <= VISCOSITY_GAINS[1] else VISCOSITY_GAIN
+        return found if VISCOSITY_GAINS[0] <= found <= VISCOSITY_GAINS[1] else self._usual_gain
+
+    @property
+    def _usual_gain(self) -> float:
+        """C_v [-] of oils of this gravity: heavy ones thicken faster."""
+        return min(max(GAIN_OFFSET + GAIN_SLOPE * self.gravity, GAINS[0]), GAINS[1])
 
     def gain_is_measured(self, quantity: str) -> bool:
         """Tell whether the gain of density or viscosity comes from the record's weathered samples."""
-        usual = {"density": (self.density_gain, DENSITY_GAIN), "viscosity": (self.viscosity_gain, VISCOSITY_GAIN)}
+        usual = {"density": (self.density_gain, DENSITY_GAIN), "viscosity": (self.viscosity_gain, self._usual_gain)}
         return bool(self._weathered(quantity)) and usual[quantity][0] != usual[quantity][1]
 
     def temperatures(self, quantity: str) -> tuple[float, ...]:
@@ -164,7 +173,7 @@ class OilRecord:
         return [point for point in self.measurements if point.quantity == quantity and point.evaporated > 0.0]
 
 
-def _usual_slope(log_viscosity: float, kelvin: float) -> float:
+def usual_slope(log_viscosity: float, kelvin: float) -> float:
     """Compute B [K] of an oil from one viscosity, by B = b0 + b1 log10(nu_15), where nu_15 follows from nu by B itself."""
     difference = 1.0 / (15.0 + ZERO_CELSIUS) - 1.0 / kelvin
     slope = (SLOPE_OFFSET + SLOPE_GAIN * log_viscosity / math.log(10.0)) / (
