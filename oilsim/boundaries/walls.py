@@ -236,6 +236,11 @@ class Walls:
         inside = np.linalg.norm(outside, axis=1) <= reach + time_step * linear
         return float((linear + reach * np.linalg.norm(twists[:, 3:], axis=1))[inside].max(initial=0.0))
 
+    def move_freely(self, time_step: float) -> None:
+        """Add to the bodies' twists what everything but the fluid does to them in `time_step` [s]."""
+        for body in self.moving.values():
+            body.twist = body.twist + time_step * body.free_acceleration
+
     def drift(self, time_step: float) -> None:
         """Move the bodies' poses by their twists for `time_step` [s]."""
         if not self.moving:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from oilsim.accounts.ledger import Ledger
-from oilsim.step.step_arrays import StepResult
+from oilsim.step.arrays import StepResult
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,15 +21,12 @@ from oilsim.fluid import checks
 from oilsim.fluid.advance_report import AdvanceReport, Unreported
 from oilsim.fluid.emitter import PipeEmitter
 from oilsim.fluid.views import FluidView
-from oilsim.forcing import Forcing
-from oilsim.pressure.bounded_solver import BoundConstrainedSolver
+from oilsim.forcing import Forcing, ForcingView
+from oilsim.step.arrays import StepArrays, StepResult
+from oilsim.step.context import StepClock, StepContext
 from oilsim.step.paper.scheme import paper_step
-from oilsim.step.schemes import split_step
-from oilsim.step.stages.advection import advect
-from oilsim.step.stages.forcing import apply_forcings
-from oilsim.step.stages.gravity import apply_gravity
-from oilsim.step.step_arrays import StepResult
-from oilsim.step.step_tools import StepTools
+from oilsim.step.schemes import fall, move, split_step
+from oilsim.step.stages.forces import apply_forcings
 from oilsim.step.time_step import (
     cfl_time_step,
     equal_steps,
@@ -53,7 +50,8 @@ class Fluid(FluidView):
 
     Order of use: add particles, boundaries, emitters and forcings (in any order, at any time between advances); before each
     `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. `FluidView` has all
-    that can be read; `state`, `tools` and `arrays` are the solver's own. Units SI, world frame z up. TypeError for another `config`.
+    that can be read; `state`, `context`, `clock` and `arrays` are the solver's own. Units SI, world frame z up. TypeError for another
+    `config`.
     """
 
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
@@ -62,12 +60,11 @@ class Fluid(FluidView):
         self.config = config
         self.time = 0.0
         self.state = FluidState(viscous_time=np.zeros(len(config.phases)))
-        self.tools = StepTools(config, Team(threads))
-        self.arrays = self.tools.empty_arrays()
+        self.context, self.clock = StepContext.of(config, Team(threads)), StepClock()
+        self.arrays = StepArrays.of(self.context)
         self.forcings: list[Forcing] = []
         self.emitters: list[PipeEmitter] = []
         self._stirred = False
-        self._solver = BoundConstrainedSolver(self.tools.team)
         self._duration = 0.0
         self._unreported = Unreported()
         self._relative_speed: float | None = None  # [m/s] at the end of the last step, None if that is not known
@@ -87,8 +84,8 @@ class Fluid(FluidView):
 
     def _insert(self, points: Double, velocity: Double, phase: int) -> None:
         self.state.append(points, velocity, phase)
-        if self.tools.regions is not None:
-            self.tools.regions.wake(points.T.astype(np.float32))
+        if self.context.regions is not None:
+            self.context.regions.wake(points.T.astype(np.float32))
         self._relative_speed = None
 
     def set_velocities(self, velocity: ArrayLike) -> None:
@@ -108,8 +105,8 @@ class Fluid(FluidView):
         marks = np.asarray(chosen)
         if marks.dtype != np.bool_ or marks.shape != (self.state.count,):
             raise ValueError(f"chosen is {marks.dtype} {marks.shape}, allowed: bool ({self.state.count},)")
-        if self.state.remove(marks[self._finished()], self.tools.team):
-            self.tools.lists.forget()
+        if self.state.remove(marks[self._finished()], self.context.team):
+            self.context.lists.forget()
         self._disturbed()
 
     def _finished(self) -> NDArray[np.int64]:
@@ -150,15 +147,15 @@ class Fluid(FluidView):
     @contextmanager
     def _swapping(self, rows: NDArray[np.int64]) -> Iterator[None]:
         """Book what a block changes of the particles in these rows (n,) of the state as swaps, and wake the water around them."""
-        with self.tools.booked(), self.tools.stage("swaps"):
+        with self.clock.booked(), self.clock.stage("swaps"):
             yield
         self._wake(rows)
         self._relative_speed = None
 
     def _wake(self, rows: NDArray[np.int64] | slice = slice(None)) -> None:
         """Wake the water around the particles in these rows (n,) of the state; all that sleeps, by default."""
-        if self.tools.regions is not None:
-            self.tools.regions.wake(self.state.position[:, rows])
+        if self.context.regions is not None:
+            self.context.regions.wake(self.state.position[:, rows])
 
     def _disturbed(self) -> None:
         """Wake all that sleeps, and forget how the liquid was last seen to deform."""
@@ -171,18 +168,18 @@ class Fluid(FluidView):
         ValueError for a handle that another surface has, and in two dimensions for points off the plane y = 0.
         """
         checks.boundary(self.config, boundary)
-        handle = self.tools.walls.add(boundary, handle)
+        handle = self.context.walls.add(boundary, handle)
         self._walls_changed()
         return handle
 
     def remove_boundary(self, handle: int) -> None:
         """Remove a solid surface; ValueError for a handle that does not exist."""
-        self.tools.walls.remove(handle)
+        self.context.walls.remove(handle)
         self._walls_changed()
 
     def _walls_changed(self) -> None:
         """Drop the lists, which know wall particles by their numbers, and wake all that sleeps."""
-        self.tools.lists.forget()
+        self.context.lists.forget()
         self._wake()
 
     def set_boundary_motion(
@@ -201,10 +198,10 @@ class Fluid(FluidView):
             inverse_mass=np.zeros((6, 6)) if inverse_mass is None else np.array(inverse_mass, np.float64),
             free_acceleration=np.zeros(6) if free_acceleration is None else np.array(free_acceleration, np.float64),
         )
-        checks.motion(self.config, handle, self.tools.walls.boundaries, motion)
-        if handle not in self.tools.walls.moving:
+        checks.motion(self.config, handle, self.context.walls.boundaries, motion)
+        if handle not in self.context.walls.moving:
             self.finish_step()
-        change = self.tools.walls.set_motion(handle, motion)
+        change = self.context.walls.set_motion(handle, motion)
         if change * self.config.longest_time_step > self.config.cfl * self.config.particle_spacing:
             self._relative_speed = None  # found before this jump
 
@@ -215,8 +212,8 @@ class Fluid(FluidView):
         are set, before each advance. The matrix takes the place of their own inverse masses.
         """
         tied = np.array(inverse_mass, np.float64)
-        checks.ties(handles, tied, list(self.tools.walls.moving))
-        self.tools.walls.tie(handles, tied)
+        checks.ties(handles, tied, list(self.context.walls.moving))
+        self.context.walls.tie(handles, tied)
 
     def add_forcing(self, forcing: Forcing, *, calms: bool = False) -> None:
         """Add a current, waves or wind; one that only `calms` what moves lets water sleep."""
@@ -230,12 +227,12 @@ class Fluid(FluidView):
 
     def watch(self) -> Budget:
         """Keep accounts of energy and momentum from now on; the state is not changed by it, bit for bit."""
-        self.tools.budget = Budget(self.config, self.tools.team, self.state, self.tools.walls)
-        return self.tools.budget
+        self.clock.budget = Budget(self.config, self.context.team, self.state, self.context.walls)
+        return self.clock.budget
 
     def unwatch(self) -> None:
         """Keep no accounts any more."""
-        self.tools.budget = None
+        self.clock.budget = None
 
     # how it advances
 
@@ -249,10 +246,10 @@ class Fluid(FluidView):
         """
         if not 0.0 < duration < math.inf:
             raise ValueError(f"duration is {duration} s, allowed: above 0, finite")
-        for body in self.tools.walls.moving.values():
+        for body in self.context.walls.moving.values():
             body.impulse[:] = 0.0
-        if self.tools.budget is not None:
-            self.tools.budget.open()
+        if self.clock.budget is not None:
+            self.clock.budget.open()
         start, done = self.time, 0.0
         while done < duration * (1.0 - 1e-9):
             done += self._advect(duration - done)
@@ -273,11 +270,11 @@ class Fluid(FluidView):
             if passed == 0.0:  # the step that has just begun
                 return
             self.state.step = passed
-            with self.tools.booked():
+            with self.clock.booked():
                 self._end_step()
 
     def _largest_speed(self) -> float:
-        bodies = self.tools.walls.largest_speed(self.config.lower, self.config.upper, self.config.longest_time_step)
+        bodies = self.context.walls.largest_speed(self.config.lower, self.config.upper, self.config.longest_time_step)
         return max(diagnostics.largest_speed(self.state), bodies)
 
     def _time_step(self) -> float:
@@ -288,16 +285,22 @@ class Fluid(FluidView):
             return wanted
         if self._relative_speed is not None:
             wanted = relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
-        stable = stable_time_step(config.particle_spacing, config.dimension, pressure_head(self.tools, self.state))
+        stable = stable_time_step(config.particle_spacing, config.dimension, pressure_head(self.context, self.state))
         step = max(config.minimum_time_step, min(wanted, stable, config.capillary_time_step))
         fault = too_fast(config.particle_spacing, fastest, step)
         if fault:
             raise FluidError(f"at t = {self.time:.6g} s {fault}")
         return step
 
+    def _deformation(self) -> float:
+        """Return the speed [m/s] of the liquid relative to itself, as far as it can shorten a step."""
+        fastest = self._largest_speed()
+        with self.clock.stage("time step"):
+            return largest_relative_speed(self.context, self.arrays.neighbors.neighborhood, self.state, fastest)
+
     def _keeps_step(self) -> bool:
         """Tell whether steps must end where advances do: bodies take part in them, or the liquid's deformation is not known yet."""
-        return self.config.scheme == "paper" or bool(self.tools.walls.moving) or self._relative_speed is None
+        return self.config.scheme == "paper" or bool(self.context.walls.moving) or self._relative_speed is None
 
     def _advect(self, left: float) -> float:
         """Begin a step if none has begun, and move particles for its rest, but not for more than `left`; returns for how long [s]."""
@@ -306,10 +309,10 @@ class Fluid(FluidView):
             wanted = left if self._is_void else self._time_step()
             state.step = state.time_left = equal_steps(left, wanted) if self._keeps_step() else wanted
         span = state.time_left if state.time_left <= left * (1.0 + 1e-9) else left
-        with self.tools.stage("emitters"):
+        with self.clock.stage("emitters"):
             self._emit(span)
         if self.config.scheme == "split":
-            advect(self.tools, state, span)
+            move(self.context, self.clock, state, span)
         state.time_left -= span
         return span
 
@@ -317,16 +320,16 @@ class Fluid(FluidView):
         """Run the stages of a step where its span ends."""
         time_step = self.state.step
         if self._is_void:
-            apply_gravity(self.tools, self.state, time_step)  # and what else acts on bodies
+            fall(self.context, self.clock, self.state, time_step)  # and what else acts on bodies
             result = StepResult(time_step, 0, 0, 0, 0.0, 0.0)
         elif self.config.scheme == "paper":
-            result = paper_step(self.tools, self.arrays, self.state, time_step, self._drive)
+            result = paper_step(self.context, self.clock, self.arrays, self.state, time_step, self._drive)
         else:
-            result = split_step(self.tools, self.arrays, self.state, self._solver, time_step, self._drive, self._driven)
-            self._relative_speed = largest_relative_speed(self.tools, self.arrays, self.state, self._largest_speed())
-        with self.tools.stage("outflow"):
+            result = split_step(self.context, self.clock, self.arrays, self.state, time_step, self._drive, self._driven)
+            self._relative_speed = self._deformation()
+        with self.clock.stage("outflow"):
             self._remove_outflow()
-        self.tools.walls.drift(time_step)
+        self.context.walls.drift(time_step)
         self._unreported.results.append(result)
 
     @property
@@ -350,7 +353,15 @@ class Fluid(FluidView):
             emitter.hold(self.time, self.state.id, self.state.position, self.state.velocity)
 
     def _drive(self, time_step: float) -> None:
-        apply_forcings(self.tools, self.arrays, self.state, self.forcings, self.time, time_step)
+        if not self.forcings:
+            return
+        state, constants, awake = self.state, self.context.constants, slice(0, self.state.awake)
+        with self.clock.stage("forcing"):
+            view = ForcingView(
+                self.time, time_step, state.position[:, awake], state.velocity[:, awake], state.phase[awake],
+                self.arrays.sums.gradient_sum[:, awake], constants.densities, float(constants.volume),
+            )  # fmt: skip
+            apply_forcings(self.forcings, view, constants.plane)
 
     def _remove_outflow(self) -> None:
         outside = diagnostics.outside(self.state.position, self.config)
@@ -359,26 +370,30 @@ class Fluid(FluidView):
                 count = int(np.count_nonzero(self.state.phase[outside] == index))
                 if count:
                     self._unreported.removed[phase.name] += count
-            if self.state.remove(outside, self.tools.team):
-                self.tools.lists.forget()
+            if self.state.remove(outside, self.context.team):
+                self.context.lists.forget()
 
     def _check(self) -> None:
         if told := diagnostics.not_finite(self.state, self.config, self.time):
             raise FluidError(told)
 
     def _report(self) -> AdvanceReport:
+        sums, budget = self.arrays.sums, None
+        if self.clock.budget is not None:
+            near = sums.surface if self.context.constants.corrected else None
+            budget = self.clock.budget.close(self._duration, sums.compression + np.float32(sums.crowding), near)
         report = self._unreported.report(
-            max(0.0, float(self.arrays.compression.max(initial=0.0)) + self.arrays.crowding),
-            stage_seconds=dict(self.tools.seconds),
+            max(0.0, float(sums.compression.max(initial=0.0)) + sums.crowding),
+            stage_seconds=dict(self.clock.seconds),
             asleep=self.state.asleep,
-            budget=self.tools.close_budget(self._duration, self.arrays),
+            budget=budget,
         )
-        self.tools.seconds.clear()
+        self.clock.seconds.clear()
         return report
 
     def close(self) -> None:
         """End the fluid's threads; its readings stay available."""
-        self.tools.team.close()
+        self.context.team.close()
 
     # saved and restored
 
@@ -387,13 +402,13 @@ class Fluid(FluidView):
         return {
             "time": self.time,
             "duration": self._duration,
-            "made_of": checks.made_of(self.config, self.tools.walls.boundaries),
+            "made_of": checks.made_of(self.config, self.context.walls.boundaries),
             "unreported": self._unreported.save(),
             "relative_speed": self._relative_speed,
             "state": self.state.save(),
-            "regions": None if self.tools.regions is None else self.tools.regions.save(),
-            "bodies": self.tools.walls.save_motions(),
-            "tied": self.tools.walls.tied,
+            "regions": None if self.context.regions is None else self.context.regions.save(),
+            "bodies": self.context.walls.save_motions(),
+            "tied": self.context.walls.tied,
             "forcings": [forcing.save() for forcing in self.forcings],
             "emitters": [emitter.save() for emitter in self.emitters],
         }
@@ -401,20 +416,20 @@ class Fluid(FluidView):
     def restore_state(self, saved: dict[str, Any]) -> None:
         """Restore the state that `save_state` returned; ValueError unless the fluid holds the same boundaries, forcings and emitters."""
         checks.saved_state(
-            saved, self.config, self.tools.walls.boundaries, self.tools.regions, self.forcings, self.emitters
+            saved, self.config, self.context.walls.boundaries, self.context.regions, self.forcings, self.emitters
         )
         self.time, self._duration = saved["time"], saved["duration"]
         self._relative_speed = saved["relative_speed"]
         self.state.restore(saved["state"])
-        self.tools.lists.forget()
-        if self.tools.regions is not None:
-            self.tools.regions.restore(saved["regions"])
-        self.tools.walls.restore_motions(saved["bodies"], saved["tied"])
+        self.context.lists.forget()
+        if self.context.regions is not None:
+            self.context.regions.restore(saved["regions"])
+        self.context.walls.restore_motions(saved["bodies"], saved["tied"])
         for forcing, values in zip(self.forcings, saved["forcings"], strict=True):
             forcing.restore(values)
         for emitter, values in zip(self.emitters, saved["emitters"], strict=True):
             emitter.restore(values)
         self._unreported.restore(saved["unreported"])
-        self.tools.seconds.clear()
-        if self.tools.budget is not None:
-            self.tools.budget.begin_anew()
+        self.clock.seconds.clear()
+        if self.clock.budget is not None:
+            self.clock.budget.begin_anew()

@@ -22,8 +22,8 @@ from oilsim.core.config import FluidConfig
 from oilsim.core.state import FluidState
 from oilsim.fluid import checks
 from oilsim.neighborhood.smoothing_kernels import kernel
-from oilsim.step.step_arrays import StepArrays
-from oilsim.step.step_tools import StepTools
+from oilsim.step.arrays import StepArrays
+from oilsim.step.context import StepContext
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -57,7 +57,7 @@ class FluidView:
 
     config: FluidConfig
     state: FluidState
-    tools: StepTools
+    context: StepContext
     arrays: StepArrays
     _duration: float  # [s] of the last advance
 
@@ -102,21 +102,21 @@ class FluidView:
     @property
     def boundary_count(self) -> int:
         """Number of wall particles."""
-        return self.tools.walls.count
+        return self.context.walls.count
 
     @property
     def boundaries(self) -> MappingProxyType[int, BoundaryParticles]:
         """Every solid surface by its handle, as it was given to `add_boundary`; not to be written to."""
-        return MappingProxyType(self.tools.walls.boundaries)
+        return MappingProxyType(self.context.walls.boundaries)
 
     @property
     def moving_boundaries(self) -> tuple[int, ...]:
         """Handles of the boundaries that `set_boundary_motion` moves, in the order in which they began to."""
-        return tuple(self.tools.walls.moving)
+        return tuple(self.context.walls.moving)
 
     def boundary_positions(self, handle: int) -> Real:
         """Return the world positions (M, 3) [m] of a boundary's particles; ValueError for a handle that does not exist."""
-        return self.tools.walls.positions(handle)
+        return self.context.walls.positions(handle)
 
     def boundary_motion(self, handle: int) -> BoundaryMotion:
         """Return the present pose and twist of a moving boundary; ValueError for one that does not move."""
@@ -138,7 +138,7 @@ class FluidView:
         return self._moving(handle).twist.copy()
 
     def _moving(self, handle: int) -> MovingBody:
-        body = self.tools.walls.moving.get(handle)
+        body = self.context.walls.moving.get(handle)
         if body is None:
             raise ValueError(f"boundary {handle} does not move, allowed: a boundary given to set_boundary_motion")
         return body
@@ -162,21 +162,21 @@ class FluidView:
 
         ValueError for points not of this shape or not finite.
         """
-        return pressure_at(self.state, self.tools, checks.finite("points", points, None, 3))
+        return pressure_at(self.state, self.context, checks.finite("points", points, None, 3))
 
     def velocity_at(self, points: ArrayLike) -> Double:
         """Return the velocity (K, 3) [m/s] at points (K, 3) [m], 0 without liquid.
 
         ValueError for points not of this shape or not finite.
         """
-        return velocity_at(self.state, self.tools, checks.finite("points", points, None, 3))
+        return velocity_at(self.state, self.context, checks.finite("points", points, None, 3))
 
     def surface_height_at(self, points: ArrayLike) -> Double:
         """Return the height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid.
 
         ValueError for points not of this shape or not finite.
         """
-        return surface_height_at(self.state, self.tools, checks.finite("points", points, None, 2))
+        return surface_height_at(self.state, self.context, checks.finite("points", points, None, 2))
 
 
 def _read_only(values: NDArray) -> NDArray:
@@ -192,65 +192,65 @@ PRESENT = 0.05
 FEWEST = 0.15
 
 
-def _offsets(state: FluidState, tools: StepTools, point: Double) -> Double:
+def _offsets(state: FluidState, context: StepContext, point: Double) -> Double:
     """Return the ways (axes, N) [m] from a point, along as many axes as it has, to the nearest image of every particle."""
     offset = state.position[: point.size].astype(np.float64) - point[:, None]
-    for axis, length in enumerate((tools.constants.period or ())[: point.size]):
+    for axis, length in enumerate((context.constants.period or ())[: point.size]):
         if length > 0.0:
             offset[axis] -= length * np.round(offset[axis] / length)
     return offset
 
 
-def _weights(state: FluidState, tools: StepTools, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
+def _weights(state: FluidState, context: StepContext, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
     """Return the particles within the support of a point, the ways to them (3, n) [m], and their shares V W [1]."""
-    offset = _offsets(state, tools, point)
+    offset = _offsets(state, context, point)
     distance = np.sqrt((offset**2).sum(axis=0))
-    near = np.flatnonzero(distance < tools.constants.support)
-    shares = kernel(distance[near] / float(tools.constants.support), float(tools.constants.sigma))
-    return near, offset[:, near], float(tools.constants.volume) * shares
+    near = np.flatnonzero(distance < context.constants.support)
+    shares = kernel(distance[near] / float(context.constants.support), float(context.constants.sigma))
+    return near, offset[:, near], float(context.constants.volume) * shares
 
 
-def pressure_at(state: FluidState, tools: StepTools, points: Double) -> Double:
+def pressure_at(state: FluidState, context: StepContext, points: Double) -> Double:
     """Return the pressure (K,) [Pa] at points (K, 3) [m]: a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
     result = np.zeros(len(points))
-    per_impulse = tools.constants.reference_density / state.time_step if state.time_step > 0.0 else 0.0
+    per_impulse = context.constants.reference_density / state.time_step if state.time_step > 0.0 else 0.0
     for n, point in enumerate(points):
-        near, offset, share = _weights(state, tools, point)
+        near, offset, share = _weights(state, context, point)
         if share.sum() < PRESENT:
             continue
         values = per_impulse * state.pressure_impulse[near].astype(np.float64)
-        basis = np.vstack([np.ones(len(near)), offset / float(tools.constants.support)])
+        basis = np.vstack([np.ones(len(near)), offset / float(context.constants.support)])
         normal = (basis * share) @ basis.T + 1e-6 * share.sum() * np.diag([0.0, 1.0, 1.0, 1.0])
         result[n] = np.linalg.solve(normal, (basis * share) @ values)[0]
     return result
 
 
-def velocity_at(state: FluidState, tools: StepTools, points: Double) -> Double:
+def velocity_at(state: FluidState, context: StepContext, points: Double) -> Double:
     """Return the velocity (K, 3) [m/s] at points (K, 3) [m], the kernel mean of the particles near; 0 in air."""
     result = np.zeros((len(points), 3))
     for n, point in enumerate(points):
-        near, _, share = _weights(state, tools, point)
+        near, _, share = _weights(state, context, point)
         if share.sum() >= PRESENT:
             result[n] = state.velocity[:, near].astype(np.float64) @ share / share.sum()
     return result
 
 
-def surface_height_at(state: FluidState, tools: StepTools, points: Double) -> Double:
+def surface_height_at(state: FluidState, context: StepContext, points: Double) -> Double:
     """Measure the height (K,) [m] of the free surface over points (K, 2) [m], by the particles within a support radius across.
 
     It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
     together with the liquid below, like a gauge wire. Spray does not count: neither drops in the air nor single particles on the surface
     (`FEWEST` of a layer). Where there is no liquid, the reading is the domain's lower side.
     """
-    config = tools.config
+    config = context.config
     spacing, radius = config.particle_spacing, config.support_radius
     layer = (
-        2.0 * radius / spacing if tools.constants.plane else np.pi * (radius / spacing) ** 2
+        2.0 * radius / spacing if context.constants.plane else np.pi * (radius / spacing) ** 2
     )  # particles of a full one
     fewest = max(2, int(np.ceil(FEWEST * layer)))
     result = np.full(len(points), config.lower[2])
     for n, point in enumerate(points):
-        offset = _offsets(state, tools, point[:1] if tools.constants.plane else point)
+        offset = _offsets(state, context, point[:1] if context.constants.plane else point)
         heights = np.sort(state.position[2, (offset**2).sum(axis=0) < radius**2].astype(np.float64))
         parts = np.split(heights, np.flatnonzero(np.diff(heights) > 1.5 * spacing) + 1)
         liquid = next((part for part in parts if len(part) >= fewest), None)

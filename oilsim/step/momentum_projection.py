@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST
 from oilsim.core.state import FluidState
-from oilsim.step.step_arrays import StepArrays
-from oilsim.step.step_tools import StepTools
+from oilsim.step.arrays import Neighbors
+from oilsim.step.context import StepClock, StepContext
 
 Double = NDArray[np.float64]
 
@@ -85,12 +85,12 @@ def add_rigid_motion(position, phase, mass, center, speed, rate, velocity):
 class MomentumProjection:
     """Projection of one step's velocities: `watch` the blocks that may lose momentum, then `project`."""
 
-    def __init__(self, tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
-        self._tools, self._state = tools, state
-        held = tools.walls.rest_is_touched(arrays.neighborhood.walls, arrays.by_body, arrays.touching)
+    def __init__(self, context: StepContext, clock: StepClock, neighbors: Neighbors, state: FluidState) -> None:
+        self._context, self._clock, self._state = context, clock, state
+        held = context.walls.rest_is_touched(neighbors.neighborhood.walls, neighbors.by_body, neighbors.touching)
         self._acts = not (held or state.asleep or state.count == 0)
         if self._acts:
-            self._mass = tools.config.rest_volume * tools.constants.densities
+            self._mass = context.config.rest_volume * context.constants.densities
             self._origin = state.position.mean(axis=1, dtype=np.float64)
             self._lost = np.zeros(6)
 
@@ -108,24 +108,26 @@ class MomentumProjection:
         """Give the liquid the momentum back that it has lost, as a rigid motion; nothing where values are not finite, which ends a run."""
         if not (self._acts and np.isfinite(self._sums).all()):
             return
-        with self._tools.stage("rotation"):
+        with self._clock.stage("rotation"):
             mass, shift = self._sums[0], self._sums[1:4] / self._sums[0]
             rate = np.zeros(3)
-            if not any(self._tools.config.periodic):
+            if not any(self._context.config.periodic):
                 turn = self._lost[3:] - np.cross(shift, self._lost[:3])
                 values, axes = np.linalg.eigh(_inertia(self._sums, shift))
-                firm = values > ROW * self._tools.config.particle_spacing**2 * mass
+                firm = values > ROW * self._context.config.particle_spacing**2 * mass
                 rate = axes[:, firm] @ (axes[:, firm].T @ turn / values[firm])
+                if self._context.constants.plane:
+                    rate[[0, 2]] = 0.0  # but for rounding
             state, center, speed = self._state, self._origin + shift, self._lost[:3] / mass
             add_rigid_motion(state.position, state.phase, self._mass, center, speed, rate, state.velocity)
 
     def _present(self) -> Double:
         """Return the momentum (6,) of the liquid and the impulses that bodies have received, about the origin [N s, N m s]."""
         state, sums = self._state, np.zeros(16)
-        with self._tools.stage("rotation"):
+        with self._clock.stage("rotation"):
             sum_momenta(state.position, state.velocity, state.phase, self._mass, self._origin, sums)
             momentum = sums[4:10].copy()
-            for body in self._tools.walls.moving.values():
+            for body in self._context.walls.moving.values():
                 momentum += body.impulse
                 momentum[3:] += np.cross(body.position - self._origin, body.impulse[:3])
             self._sums = sums

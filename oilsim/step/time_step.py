@@ -44,10 +44,10 @@ from oilsim.backend.simd import LANES, below, gather, load, only, positive, root
 from oilsim.core.config import swing_time_step
 from oilsim.core.state import FluidState
 from oilsim.neighborhood.neighbor_search import nearest_images, rows
+from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
 from oilsim.pressure.rest_pressure import rest_pressure
-from oilsim.step.step_arrays import StepArrays
-from oilsim.step.step_tools import StepTools
+from oilsim.step.context import StepContext
 
 # [1] share of the particles whose relative speed is ignored; numerical; torn off drops collide at speeds far above the rest
 OUTLIERS = 5e-3
@@ -201,27 +201,27 @@ def equal_steps(remaining: float, time_step: float) -> float:
     return remaining / max(1, math.ceil(remaining / time_step * (1.0 - 1e-9)))
 
 
-def largest_relative_speed(tools: StepTools, arrays: StepArrays, state: FluidState, fastest: float) -> float:
+def largest_relative_speed(
+    context: StepContext, neighborhood: Neighborhood, state: FluidState, fastest: float
+) -> float:
     """Return the speed u_most [m/s] relative to the neighbourhood that all but OUTLIERS keep below, 0 where it cannot shorten a step.
 
     fastest: largest speed of all [m/s]. Slow particles are passed over: of two that part at some speed, one is faster than half of it.
     """
-    config, walls, spacing = tools.config, tools.walls, tools.config.particle_spacing
+    config, walls, spacing = context.config, context.walls, context.config.particle_spacing
     if fastest * config.longest_time_step <= config.cfl * spacing:
         return 0.0
     slow = 0.5 * config.cfl * max(fastest, spacing / config.longest_time_step)
     twist = walls.twists().astype(np.float32)
     stride = sampling_stride(state.awake)
     square = np.empty(-(-state.awake // stride), np.float32)
-    with tools.stage("time step"):
-        tools.team.run(
-            relative_speeds, square.size, state.position, state.velocity, walls.particles, twist, arrays.neighborhood, np.float32(slow),
-            stride, square,
-        )  # fmt: skip
-        return math.sqrt(most(square))
+    context.team.run(
+        relative_speeds, square.size, state.position, state.velocity, walls.particles, twist, neighborhood, np.float32(slow), stride, square
+    )  # fmt: skip
+    return math.sqrt(most(square))
 
 
-def pressure_head(tools: StepTools, state: FluidState) -> NDArray[np.float32]:
+def pressure_head(context: StepContext, state: FluidState) -> NDArray[np.float32]:
     """Return p / rho (samples,) [m2/s2] of the last pressure solve in a sample of the particles; 0 before the first.
 
     It is what the sums over particles saw: the pressure of water at rest, which acts by its slope, swings none of them.
@@ -229,11 +229,11 @@ def pressure_head(tools: StepTools, state: FluidState) -> NDArray[np.float32]:
     if state.time_step == 0.0:
         return np.zeros(1, np.float32)
     chosen = slice(0, state.awake, sampling_stride(state.awake))
-    weight = tools.constants.weights[state.phase[chosen]]
+    weight = context.constants.weights[state.phase[chosen]]
     impulse = state.pressure_impulse[chosen]
     if state.rest_top > -math.inf:
-        kick = -tools.config.gravity[2] * state.time_step
-        spacing = tools.config.particle_spacing
+        kick = -context.config.gravity[2] * state.time_step
+        spacing = context.config.particle_spacing
         impulse = impulse - rest_pressure(state.position[2, chosen], state.rest_top, spacing, kick).impulse
     head: NDArray[np.float32] = impulse * (weight / np.float32(state.time_step))
     return head

@@ -63,7 +63,7 @@ class Window:
             **(dict(settings.solver) | {"maximum_time_step": settings.longest_time_step(gravity)}),
         )
         self.fluid = Fluid(config, threads)
-        self.motion = SeaMotion(sea, self.fluid.tools.team)
+        self.motion = SeaMotion(sea, self.fluid.context.team)
         self.fluid.state.next_id = number * IDS
         walls = tank_walls(lower, upper, spacing, sides=("-z",), periodic=config.periodic, dimension=dimension)
         self.fluid.add_boundary(walls)

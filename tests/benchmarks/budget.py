@@ -21,18 +21,18 @@ from rich.console import Console
 from rich.table import Table
 
 from oilsim import Fluid
-from oilsim.step.step_tools import StepTools
+from oilsim.step.context import StepClock
 from tests.benchmarks.calm_spread import STEP, calm_spread
 
 WARM_UP = 3  # steps, in which kernels compile
 
 
 @contextmanager
-def bare_stage(tools: StepTools, name: str) -> Iterator[None]:
+def bare_stage(clock: StepClock, name: str) -> Iterator[None]:
     """A stage that knows of no accounts."""
     begin = time.perf_counter()
     yield
-    tools.seconds[name] += time.perf_counter() - begin
+    clock.seconds[name] += time.perf_counter() - begin
 
 
 def counted(run: Callable[..., None], calls: list[str]) -> Callable[..., None]:
@@ -50,8 +50,8 @@ def fluids(spacing: float) -> dict[str, Fluid]:
     names = ("bare", "bare again", "off", "on")
     equal = {name: calm_spread([f"fluid.particle_spacing={spacing}"], threads=1) for name in names}
     for name in names[:2]:
-        tools: Any = equal[name].tools
-        tools.stage = MethodType(bare_stage, tools)
+        clock: Any = equal[name].clock
+        clock.stage = MethodType(bare_stage, clock)
     equal["on"].watch()
     return equal
 
@@ -65,7 +65,7 @@ def main() -> None:
     equal = fluids(options.spacing)
     calls: dict[str, list[str]] = {name: [] for name in equal}
     for name, fluid in equal.items():
-        team: Any = fluid.tools.team
+        team: Any = fluid.context.team
         team.run = counted(team.run, calls[name])
     seconds: dict[str, list[float]] = {name: [] for name in equal}
     for step in range(WARM_UP + options.steps):

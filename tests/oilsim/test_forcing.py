@@ -9,9 +9,8 @@ import pytest
 
 from oilsim import BoundaryParticles, Phase, PipeEmitter, block, tank_walls
 from oilsim.forcing import AiryWaves, Current, Wind, Zone, wave_number
-from oilsim.step.stages.adhesion import apply_adhesion
-from oilsim.step.stages.gradients import cache_pair_gradients
-from oilsim.step.stages.search import search_neighbors
+from oilsim.step.schemes import attract
+from tests.oilsim.conftest import cache, search
 
 EVERYWHERE = Zone((-10.0,) * 3, (10.0,) * 3, 0.5)
 
@@ -137,8 +136,8 @@ def test_gusts_are_seeded_and_have_their_standard_deviation(make_fluid):
 
 
 def _at_rest(fluid):
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
-    cache_pair_gradients(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
+    cache(fluid)
     return fluid.state
 
 
@@ -187,8 +186,8 @@ def test_tearing_oil_off_a_plane_costs_the_work_of_adhesion(make_fluid):
         fluid = adhesive_fluid(make_fluid, 0.07)
         fluid.add_boundary(tank_walls((0, 0, 0), (1, 1, 1), 0.1, sides=("-z",), periodic=(True, True, False)))
         fluid.add_particles(block((0, 0, height), (1, 1, 0.5 + height), 0.1), phase="oil")
-        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
-        apply_adhesion(fluid.tools, fluid.arrays, fluid.state, 1.0)
+        search(fluid)
+        attract(fluid.context, fluid.clock, fluid.arrays, fluid.state, 1.0)
         forces.append(-fluid.momentum()[2])
     # one layer of lattice within reach stands for the integral: midpoint rule over three layers, 15 %
     assert np.trapezoid(forces, lift) == pytest.approx(0.07 * 1.0, rel=0.15)
@@ -205,9 +204,9 @@ def test_adhesion_pulls_the_body_as_it_pulls_the_oil(make_fluid):
     inverse_mass = np.diag([0.5] * 3 + [2.0] * 3)
     fluid.set_boundary_motion(handle, (0.5, 0.5, 0.72), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0), inverse_mass)
     fluid.add_particles(block((0.2, 0.2, 0.4), (0.8, 0.8, 0.6), 0.1), phase="oil")
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
-    apply_adhesion(fluid.tools, fluid.arrays, fluid.state, 0.01)
-    body = fluid.tools.walls.moving[handle]
+    search(fluid)
+    attract(fluid.context, fluid.clock, fluid.arrays, fluid.state, 0.01)
+    body = fluid.context.walls.moving[handle]
     assert body.impulse[2] < -1e-5
     assert body.impulse[:3] == pytest.approx(-fluid.momentum(), rel=1e-4, abs=1e-9)
 

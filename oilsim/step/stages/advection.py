@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
-from oilsim.core.state import FluidState
-from oilsim.step.step_tools import StepTools
-
-
-def advect(tools: StepTools, state: FluidState, time_step: float) -> None:
-    """Move the particles by their velocities, and bring those that crossed a periodic side back in at the other."""
-    with tools.stage("advection"):
-        moving = slice(0, state.awake)
-        state.position[:, moving] += np.float32(time_step) * state.velocity[:, moving]
-    wrap_periodic(tools, state)
+Real = NDArray[np.float32]
 
 
-def wrap_periodic(tools: StepTools, state: FluidState) -> None:
-    """Bring particles that crossed a periodic side back in at the other."""
-    period = tools.constants.period
-    if period is None:
-        return
-    with tools.stage("wrap"):
-        for axis, length in enumerate(period):
-            if length > 0.0:
-                low = np.float32(tools.config.lower[axis])
-                state.position[axis] -= length * np.floor((state.position[axis] - low) / length)
+def advect(position: Real, velocity: Real, time_step: float) -> None:
+    """Move particles at `position` (3, N) [m], in place, by their `velocity` (3, N) [m/s]."""
+    position += np.float32(time_step) * velocity
+
+
+def wrap_periodic(position: Real, lower: Sequence[float], period: Sequence[np.float32] | None) -> None:
+    """Bring particles at `position` (3, N) [m], in place, that crossed a periodic side back in at the other.
+
+    lower (3,): corner of the domain [m]; period (3,): lengths of the axes that repeat [m], 0 of the others; None if none does.
+    """
+    for axis, length in enumerate(period or ()):
+        if length > 0.0:
+            position[axis] -= length * np.floor((position[axis] - np.float32(lower[axis])) / length)

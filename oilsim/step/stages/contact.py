@@ -3,41 +3,50 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oilsim.boundaries.plate_guard import PlateGuard
 from oilsim.boundaries.wall_contact import ContactRule, WallSums, wall_approach, wall_contact, wall_push
-from oilsim.core.state import FluidState
 from oilsim.pressure.rigid_response import RigidResponse
-from oilsim.step.step_arrays import StepArrays
-from oilsim.step.step_tools import StepTools
+from oilsim.step.arrays import Neighbors, PairArrays
+from oilsim.step.context import StepContext
+
+Real = NDArray[np.float32]
 
 
-def apply_wall_contact(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
-    """Stop particles that would cross a wall, and move drops out of it (see `wall_contact`); bodies receive the opposite impulse."""
-    walls, constants, run = tools.walls, tools.constants, tools.team.run
-    if not walls.count:
-        return
-    count, spacing = state.awake, np.float32(tools.config.particle_spacing)
-    sums = WallSums(arrays.coverage, arrays.wall_slope, arrays.compression)
-    rule = ContactRule(constants.drop, constants.wall_coverages, constants.nearest_wall, spacing)
+def apply_wall_contact(
+    context: StepContext, neighbors: Neighbors, pairs: PairArrays, compression: Real, position: Real, velocity: Real, time_step: float
+) -> None:  # fmt: skip
+    """Stop particles that would cross a wall, and move drops out of it (see `wall_contact`); bodies receive the opposite impulse.
+
+    compression (N,) [1]; position, velocity (3, N) [m, m/s], changed in place; time_step [s]. There must be walls.
+    """
+    walls, run = context.walls, context.team.run
+    count, sums = neighbors.awake, WallSums(pairs.sums.coverage, pairs.sums.wall_slope, compression)
+    rule, density = contact_rule(context), neighbors.rest_density[: neighbors.awake]
     rate, strength = np.empty((2, count), np.float32)
-    with tools.stage("contact"):
-        run(wall_approach, count, sums.slope, state.velocity, rate)
-        response = RigidResponse(walls, arrays.contacts, None, float(constants.volume))
-        if response.present:
-            response.add_motion(rate)
-        reach = np.float32(tools.config.particle_spacing / time_step)
-        run(wall_contact, count, sums, rule, rate, reach, state.velocity, strength)
-        run(wall_push, count, sums, rule, state.position)
-        if response.present:
-            response.accept(strength * arrays.rest_density[:count])
-        guard = plate_guard(tools, arrays)
-        if guard.present:
-            arrays.points[:count, :3] = state.position[:, :count].T
-            guard.stop(arrays.points, state.velocity, arrays.rest_density[:count], time_step)
+    run(wall_approach, count, sums.slope, velocity, rate)
+    response = RigidResponse(walls, pairs.contacts, None, float(context.constants.volume))
+    if response.present:
+        response.add_motion(rate)
+    reach = np.float32(context.config.particle_spacing / time_step)
+    run(wall_contact, count, sums, rule, rate, reach, velocity, strength)
+    run(wall_push, count, sums, rule, position)
+    if response.present:
+        response.accept(strength * density)
+    guard = plate_guard(context, neighbors)
+    if guard.present:
+        neighbors.points[:count, :3] = position[:, :count].T
+        guard.stop(neighbors.points, velocity, density, time_step)
 
 
-def plate_guard(tools: StepTools, arrays: StepArrays) -> PlateGuard:
+def contact_rule(context: StepContext) -> ContactRule:
+    """Return when a particle is a drop, and how near walls are by their coverage."""
+    constants, spacing = context.constants, np.float32(context.config.particle_spacing)
+    return ContactRule(constants.drop, constants.wall_coverages, constants.nearest_wall, spacing)
+
+
+def plate_guard(context: StepContext, neighbors: Neighbors) -> PlateGuard:
     """Make what keeps the particles of this step on their side of thin plates."""
-    config = tools.config
-    return PlateGuard(tools.walls, arrays.body_pairs, tools.constants.period, config.particle_spacing, config.dimension)
+    config, pairs = context.config, neighbors.body_pairs
+    return PlateGuard(context.walls, pairs, context.constants.period, config.particle_spacing, config.dimension)

@@ -2,29 +2,46 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from oilsim.boundaries.contacts import gather_contacts
-from oilsim.core.state import FluidState
 from oilsim.gradients.shear_correction import correct_for_shear
-from oilsim.pressure.pressure_gradient import cache_gradients
+from oilsim.pressure.pressure_gradient import PressureSums, cache_gradients
+from oilsim.pressure.wall_extrapolation import WallPressure
+from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays, reserved
+from oilsim.step.context import StepContext
 from oilsim.step.stages.search import place_points
-from oilsim.step.step_arrays import StepArrays
-from oilsim.step.step_tools import StepTools
 
 
-def cache_pair_gradients(tools: StepTools, arrays: StepArrays, state: FluidState) -> None:
-    """Fill the arrays of the gradients' stage (see `StepArrays`) at the present positions."""
-    constants, neighborhood = tools.constants, arrays.neighborhood
-    with tools.stage("gradients"):
-        place_points(tools, arrays, state)
-        if arrays.repaired is not None:
-            tools.team.run(
-                correct_for_shear, state.listed, neighborhood, arrays.matrix, arrays.flow, arrays.surface, np.float32(tools.time_unit),
-                constants.plane, arrays.repaired,
-            )  # fmt: skip
-        tools.team.run(
-            cache_gradients, state.awake, neighborhood, arrays.repaired, constants.pressure, arrays.by_body, arrays.vectors, arrays.sums,
-            arrays.wall_pressure, arrays.lever,
+def cache_pair_gradients(
+    context: StepContext, neighbors: Neighbors, sums: NeighborSums, position: NDArray[np.float32], last: PairArrays
+) -> PairArrays:
+    """Return the pair vectors of particles at `position` (3, N) [m], in the storage of the `last` step's where it is large enough."""
+    constants, walls, run = context.constants, context.walls, context.team.run
+    neighborhood, count, corrected = neighbors.neighborhood, len(neighbors.points), constants.corrected
+    place_points(context.team, neighbors, position)
+    repaired = np.empty_like(sums.matrix) if corrected else None
+    if repaired is not None:
+        run(
+            correct_for_shear, count, neighborhood, sums.matrix, sums.flow, sums.surface, np.float32(sums.time_unit),
+            constants.plane, repaired,
         )  # fmt: skip
-        arrays.contacts = gather_contacts(arrays.body_pairs, arrays.wall_gradient)
+    coverage, diagonal, openness = np.empty((3, count), np.float32)
+    own, wall_slope, waterline = np.empty((3, 3, count), np.float32)
+    pairs = PairArrays(
+        repaired,
+        last.gradient._replace(whole=reserved(last.gradient.whole, neighborhood.fluid)),
+        reserved(last.wall_gradient, neighborhood.walls),
+        own,
+        PressureSums(diagonal, openness, coverage, wall_slope),
+        WallPressure(np.empty((count, 9), np.float32), waterline) if corrected and walls.count else None,
+        np.empty((count, 9), np.float32) if corrected and walls.moving else None,
+    )
+    run(
+        cache_gradients, neighbors.awake, neighborhood, repaired, constants.pressure, neighbors.by_body, pairs.vectors, pairs.sums,
+        pairs.wall_pressure, pairs.lever,
+    )  # fmt: skip
+    return replace(pairs, contacts=gather_contacts(neighbors.body_pairs, pairs.wall_gradient))

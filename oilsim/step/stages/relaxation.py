@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,98 +34,129 @@ from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
+from oilsim.step.arrays import Neighbors, NeighborSums
+from oilsim.step.context import StepContext
 from oilsim.step.stages.contact import plate_guard
 from oilsim.step.stages.search import place_points
-from oilsim.step.step_arrays import StepArrays
-from oilsim.step.step_tools import StepTools
 
 # [1] share of the particles that may be near a surface while the liquid still counts as filling its box; measured; see docs/numerics.md
 VOIDS = 0.005
 
 
-def relax_positions(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> tuple[int, float]:
-    """Relax positions once, and again while the mean compression is above the tolerance; returns passes and that mean [1]."""
-    config, run, count, position = tools.config, tools.team.run, state.awake, state.position
-    if count == 0:
+Real = NDArray[np.float32]
+
+
+class Relaxed(NamedTuple):
+    """The sums over neighbours, the number of relaxing passes, and the mean compression that they leave [1]."""
+
+    sums: NeighborSums
+    passes: int
+    left: float
+
+
+def relax_positions(
+    context: StepContext, neighbors: Neighbors, state: FluidState, time_step: float, last_unit: float
+) -> Relaxed:
+    """Relax positions once, and again while the mean compression is above the tolerance.
+
+    time_step [s]; last_unit: unit of time of the step before [s]. Positions and velocities of the state change in place.
+    """
+    sums = NeighborSums.of(state.listed, last_unit)
+    if state.awake == 0:
         state.confinement = Confinement.OPEN if state.asleep else Confinement.FILLED
-        arrays.compression[:] = 0.0  # of sleeping particles beside none that moves: nobody sums over their neighbours
-        return 0, 0.0
-    constants, neighborhood, guard = tools.constants, arrays.neighborhood, plate_guard(tools, arrays)
-    moving = slice(0, count)
-    before = position[:, moving].copy() if guard.present else None
+        sums.compression[:] = 0.0  # of sleeping particles beside none that moves: nobody sums over their neighbours
+        return Relaxed(sums, 0, 0.0)
+    guard = plate_guard(context, neighbors)
+    before = state.position[:, : state.awake].copy() if guard.present else None
+    state.position[:, : state.awake] += state.shift[:, : state.awake]
+    sum_neighbors(context, neighbors, state, sums, time_step)
+    moved, passes, left = _relax(context, neighbors, state, sums, time_step)
+    if before is not None:
+        guard.keep_sides(before, neighbors.points, state.position)
+        place_points(context.team, neighbors, state.position)
+    carry_along(context, sums.flow, moved, state.velocity)
+    return Relaxed(sums, passes, left)
+
+
+def _relax(
+    context: StepContext, neighbors: Neighbors, state: FluidState, sums: NeighborSums, time_step: float
+) -> tuple[Real, int, float]:
+    """Make the passes; return by how much they moved particles (3, N) [m], their number, and the mean compression they leave [1]."""
+    config, constants, run, count = context.config, context.constants, context.team.run, state.awake
+    neighborhood, walls, moving = neighbors.neighborhood, neighbors.neighborhood.walls, slice(0, state.awake)
     multiplier = np.zeros(state.listed, np.float32)
     push, change, moved = np.zeros((3, 3, count), np.float32)
-    relaxation = Relaxation(push, state.shift, change, moved)
-    square = np.float32(config.particle_spacing**2)
+    relaxation, square = Relaxation(push, state.shift, change, moved), np.float32(config.particle_spacing**2)
     rate, limit = np.float32(OMEGA / lattice_diagonal(config.dimension)) * square, LARGEST_MULTIPLIER * square
-    with tools.stage("density"):
-        position[:, moving] += state.shift[:, moving]
-        sum_neighbors(tools, arrays, state, time_step)
-        theta = np.float32(-math.expm1(-time_step / (SETTLING * tools.time_unit)))
-        scales = ShiftScales(np.float32(time_step), square)
-        passes = RelaxationConstants(constants.shift_balance, theta, INERTIA, constants.touching_wall)
-        run(shift_strength, state.listed, arrays.surface, neighborhood.walls, scales, arrays.flow)
-        for iteration in range(1, config.density_iterations + 1):
-            found = mean_compression(arrays, state)
-            if iteration > 1 and found <= config.density_tolerance:
-                iteration, left = iteration - 1, found
-                break
-            left, first = LEFT * found, iteration == 1
-            enough = left <= config.density_tolerance
-            hurried = rate if enough else HURRY * rate
-            run(relaxation_multiplier, count, arrays.compression, arrays.surface, hurried, limit, multiplier)
-            run(relax, count, passes, neighborhood, arrays.flow, multiplier, first, relaxation)
-            if first:
-                run(
-                    end_first_pass, count, arrays.surface, neighborhood.walls, arrays.gradient_sum, arrays.flow, scales, relaxation,
-                    position, state.velocity,
-                )  # fmt: skip
-            else:
-                position[:, moving] += push
-                moved += push
-            if enough or iteration == config.density_iterations:
-                break
-            place_points(tools, arrays, state)
-            run(density_constraint, count, neighborhood, arrays.compression)
-        if before is not None:
-            guard.keep_sides(before, arrays.points, position)
-            place_points(tools, arrays, state)
-        carry_along(tools, arrays, state, moved)
-    return iteration, left
+    theta, scales = (
+        np.float32(-math.expm1(-time_step / (SETTLING * sums.time_unit))),
+        ShiftScales(np.float32(time_step), square),
+    )
+    passes = RelaxationConstants(constants.shift_balance, theta, INERTIA, constants.touching_wall)
+    run(shift_strength, state.listed, sums.surface, walls, scales, sums.flow)
+    for iteration in range(1, config.density_iterations + 1):
+        found = mean_compression(sums, state)
+        if iteration > 1 and found <= config.density_tolerance:
+            return moved, iteration - 1, found
+        left, first = LEFT * found, iteration == 1
+        enough = left <= config.density_tolerance
+        hurried = rate if enough else HURRY * rate
+        run(relaxation_multiplier, count, sums.compression, sums.surface, hurried, limit, multiplier)
+        run(relax, count, passes, neighborhood, sums.flow, multiplier, first, relaxation)
+        if first:
+            run(
+                end_first_pass, count, sums.surface, walls, sums.gradient_sum, sums.flow, scales, relaxation, state.position,
+                state.velocity,
+            )  # fmt: skip
+        else:
+            state.position[:, moving] += push
+            moved += push
+        if enough:
+            break
+        if iteration < config.density_iterations:
+            place_points(context.team, neighbors, state.position)
+            run(density_constraint, count, neighborhood, sums.compression)
+    return moved, iteration, left
 
 
-def carry_along(tools: StepTools, arrays: StepArrays, state: FluidState, moved: NDArray[np.float32]) -> None:
-    """Give particles that were `moved` (3, N) [m] the velocity that the flow has where they are put; their sum of momenta stays."""
-    count = state.awake
+def carry_along(context: StepContext, flow: Real, moved: Real, velocity: Real) -> None:
+    """Give particles that were `moved` (3, N) [m] the velocity that the flow has where they are put; their sum of momenta stays.
+
+    flow (N, 16): columns as in `flow`; velocity (3, N) [m/s], changed in place.
+    """
+    count = moved.shape[1]
     change, sums = np.empty((4, count), np.float32), np.zeros((block_count(count), 4))
-    tools.team.run(flow_along, count, arrays.flow, moved, change, sums)
+    context.team.run(flow_along, count, flow, moved, change, sums)
     *momentum, length = (total(column) for column in sums.T)
     if length > 0.0:
-        tools.team.run(follow_flow, count, change, (np.array(momentum) / length).astype(np.float32), state.velocity)
+        context.team.run(follow_flow, count, change, (np.array(momentum) / length).astype(np.float32), velocity)
 
 
-def sum_neighbors(tools: StepTools, arrays: StepArrays, state: FluidState, time_step: float) -> None:
-    """Compute the neighbour sums (see `particle_sums`), which particles are near a free surface, and a weightless liquid's unit of time."""
-    run, count, constants, neighborhood = tools.team.run, state.awake, tools.constants, arrays.neighborhood
-    arrays.flow, exposed = np.empty((state.listed, 16), np.float32), np.empty(state.listed, np.float32)
-    place_points(tools, arrays, state)
-    run(fill_rows, state.listed, state.velocity, arrays.weight, arrays.flow)
-    arrays.flow[:, LIQUID] = 0.0 if constants.tensions is None else state.phase[: state.listed]
+def sum_neighbors(
+    context: StepContext, neighbors: Neighbors, state: FluidState, sums: NeighborSums, time_step: float
+) -> None:
+    """Fill `sums` (see `particle_sums`), which particles are near a free surface, and a weightless liquid's unit of time.
+
+    time_step [s]; the state's confinement follows.
+    """
+    run, count, constants = context.team.run, state.awake, context.constants
+    neighborhood, exposed = neighbors.neighborhood, np.empty(state.listed, np.float32)
+    place_points(context.team, neighbors, state.position)
+    run(fill_rows, state.listed, state.velocity, neighbors.weight, sums.flow)
+    sums.flow[:, LIQUID] = 0.0 if constants.tensions is None else state.phase[: state.listed]
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase), constants.plane)
     run(
-        sum_over_neighbors, state.listed, neighborhood, shares, arrays.compression, arrays.gradient_sum, arrays.flow, arrays.matrix
+        sum_over_neighbors, state.listed, neighborhood, shares, sums.compression, sums.gradient_sum, sums.flow, sums.matrix
     )  # fmt: skip
-    if tools.budget is not None:
-        tools.budget.add_strain(arrays.flow, time_step)
-    spacing = np.float32(tools.config.particle_spacing)
-    run(mark_exposed, state.listed, arrays.gradient_sum, arrays.compression, spacing, exposed)
-    run(mark_free_surface, count, neighborhood.fluid, exposed, arrays.surface)
-    state.confinement = confinement(state, int(np.count_nonzero(arrays.surface)))
+    spacing = np.float32(context.config.particle_spacing)
+    run(mark_exposed, state.listed, sums.gradient_sum, sums.compression, spacing, exposed)
+    run(mark_free_surface, count, neighborhood.fluid, exposed, sums.surface)
+    state.confinement = confinement(state, int(np.count_nonzero(sums.surface)))
     if constants.weightless:
-        sums = np.zeros((block_count(count), 2))
-        run(shear_rate_sums, count, arrays.flow, np.float32(tools.config.cfl / time_step), sums)
-        unit = passing_unit(total(sums[:, 0]), total(sums[:, 1]))
-        tools.time_unit = min(unit, tools.config.capillary_time)
+        shear = np.zeros((block_count(count), 2))
+        run(shear_rate_sums, count, sums.flow, np.float32(context.config.cfl / time_step), shear)
+        unit = passing_unit(total(shear[:, 0]), total(shear[:, 1]))
+        sums.time_unit = min(unit, context.config.capillary_time)
 
 
 def confinement(state: FluidState, near: int) -> Confinement:
@@ -140,19 +172,16 @@ def confinement(state: FluidState, near: int) -> Confinement:
     return Confinement.PARTED if did_fill and near <= VOIDS * state.awake else Confinement.OPEN
 
 
-def mean_compression(arrays: StepArrays, state: FluidState) -> float:
+def mean_compression(sums: NeighborSums, state: FluidState) -> float:
     """Return the mean of (C_i)+ [1] over the particles that move.
 
     Liquid that fills a box has a given mean density. There the mean of C_i inside, the crowding, is first subtracted from the compression,
     in place.
     """
-    compression, arrays.crowding = arrays.compression, 0.0
+    compression, sums.crowding = sums.compression, 0.0
     if state.confinement != Confinement.OPEN:
-        inside = (
-            compression
-            if state.confinement == Confinement.FILLED
-            else compression[arrays.surface == FreeSurface.INSIDE]
-        )
-        arrays.crowding = float(inside.mean(dtype=np.float64))
-        compression -= np.float32(arrays.crowding)
+        filled = state.confinement == Confinement.FILLED
+        inside = compression if filled else compression[sums.surface == FreeSurface.INSIDE]
+        sums.crowding = float(inside.mean(dtype=np.float64))
+        compression -= np.float32(sums.crowding)
     return float(np.maximum(compression[: state.awake], 0.0).mean(dtype=np.float64))

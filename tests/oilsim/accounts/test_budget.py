@@ -172,7 +172,7 @@ def test_free_body_gains_what_the_water_gives(make_fluid):
     scale, first = np.abs(fluid.momentum()).max(), fluid.momentum()
     for _ in range(20):
         fluid.advance(0.01)
-    ledger, twist = fluid.tools.budget.total, fluid.boundary_motion(handle).twist
+    ledger, twist = fluid.clock.budget.total, fluid.boundary_motion(handle).twist
     pressed = ledger.part("pressure")
     assert twist[0] > 0.5
     # a body under impulses alone: M V is what it received, V M V / 2 the work done on it
@@ -194,7 +194,7 @@ def test_work_on_a_driven_body_is_wrench_times_twist(make_fluid):
         ledger = fluid.advance(0.01).budget
         work = fluid.boundary_wrench(handle) @ twist * 0.01
         assert ledger.part(*ledger.parts).work_on_bodies == pytest.approx(work, rel=1e-6, abs=1e-12)
-    total = fluid.tools.budget.total
+    total = fluid.clock.budget.total
     assert total.part("pressure").work_on_bodies < -1.0
     scale = np.abs(total.momentum).max()
     assert total.change.momentum[:3] + total.part(*CAUSES).impulse_on_bodies[:3] == pytest.approx(0.0, abs=1e-6 * scale)
@@ -210,7 +210,7 @@ def test_nothing_is_left_over_where_all_causes_act(make_fluid, scheme):
         ledger = fluid.advance(0.01).budget
         assert ledger.energy_residual < 1e-6
         assert ledger.momentum_residual < 1e-6
-    total = fluid.tools.budget.total
+    total = fluid.clock.budget.total
     # space repeats: nothing is turned; what forcings drive does not sleep
     expected = set(CAUSES) - {"rotation", "sleep"} - ({"smoothing", "tension"} if scheme == "paper" else set())
     assert set(total.parts) == expected

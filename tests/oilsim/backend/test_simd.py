@@ -129,10 +129,10 @@ def test_vectors_of_a_pair_are_exactly_opposite(make_fluid, dimension, periodic)
     fluid.add_particles(points, phase="water")
     fluid.state.velocity[:] = np.random.default_rng(4).normal(size=fluid.state.velocity.shape)
     prepare(fluid, 1e-3)
-    pairs, count = fluid.arrays.neighborhood.fluid, fluid.particle_count
+    pairs, count = fluid.arrays.neighbors.neighborhood.fluid, fluid.particle_count
     vectors = np.zeros((count, count, 3), np.int16)
     for i in range(count):
         listed = slice(pairs.start[i], pairs.start[i] + pairs.number[i])
-        vectors[i, pairs.neighbor[listed]] = fluid.arrays.gradient.whole[:, listed].T
+        vectors[i, pairs.neighbor[listed]] = fluid.arrays.pairs.gradient.whole[:, listed].T
     assert np.count_nonzero(vectors) > 20 * count
     assert np.array_equal(vectors, -vectors.transpose(1, 0, 2))

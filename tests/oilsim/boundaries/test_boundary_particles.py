@@ -9,7 +9,7 @@ from oilsim import BoundaryParticles, block, solid_box, tank_walls
 from oilsim.boundaries.boundary_particles import lattice_wall_factor, sides_of, wall_coverage
 from oilsim.density.density_constraint import density_and_diagonal
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, normalisation
-from oilsim.step.stages.search import search_neighbors
+from tests.oilsim.conftest import search
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -19,10 +19,10 @@ def test_lattice_at_rest_against_walls_keeps_its_density_to_the_corners(make_flu
     sides = ("-x", "+x", "-z") + (("-y", "+y") if dimension == 3 else ())
     fluid.add_boundary(tank_walls((0, 0, 0), size, spacing, sides=sides, dimension=dimension))
     fluid.add_particles(block((0, 0, 0), size, spacing, dimension), phase="water")
-    tools, arrays = fluid.tools, fluid.arrays
-    search_neighbors(tools, arrays, fluid.state)
+    arrays = fluid.arrays
+    search(fluid)
     position = fluid.state.position
-    geometry = arrays.neighborhood
+    geometry = arrays.neighbors.neighborhood
     compression, diagonal = np.empty((2, fluid.particle_count), np.float32)
     gradient = np.empty_like(position)
     density_and_diagonal(0, fluid.particle_count, geometry, compression, diagonal, gradient)

@@ -34,7 +34,11 @@ def pool(make_fluid):
 
 def test_every_pair_with_a_moving_body_is_listed_once_and_in_order(pool):
     fluid = pool(2)
-    walls, lists, pairs = fluid.tools.walls, fluid.arrays.neighborhood.walls, fluid.arrays.body_pairs
+    walls, lists, pairs = (
+        fluid.context.walls,
+        fluid.arrays.neighbors.neighborhood.walls,
+        fluid.arrays.neighbors.body_pairs,
+    )
     expected = [
         (i, k, lists.neighbor[k])
         for i in range(fluid.particle_count)
@@ -48,13 +52,17 @@ def test_every_pair_with_a_moving_body_is_listed_once_and_in_order(pool):
     np.testing.assert_array_equal(pairs.point, point)
     np.testing.assert_array_equal(pairs.body, walls.owner[point - walls.resting])
     np.testing.assert_array_equal(pairs.arm, walls.arm[:, point - walls.resting])
-    np.testing.assert_array_equal(fluid.arrays.touching, np.unique(particle))
-    np.testing.assert_array_equal(np.flatnonzero(fluid.arrays.by_body), np.unique(particle))
+    np.testing.assert_array_equal(fluid.arrays.neighbors.touching, np.unique(particle))
+    np.testing.assert_array_equal(np.flatnonzero(fluid.arrays.neighbors.by_body), np.unique(particle))
 
 
 def test_contacts_sum_the_pairs_of_a_particle_and_a_body(pool):
     fluid = pool(2)
-    pairs, contacts, gradient = fluid.arrays.body_pairs, fluid.arrays.contacts, fluid.arrays.wall_gradient[:, :]
+    pairs, contacts, gradient = (
+        fluid.arrays.neighbors.body_pairs,
+        fluid.arrays.pairs.contacts,
+        fluid.arrays.pairs.wall_gradient[:, :],
+    )
     between = np.intersect1d(contacts.particle[contacts.body == 0], contacts.particle[contacts.body == 1])
     assert between.size  # some particles touch both boxes
     assert len(set(zip(contacts.particle.tolist(), contacts.body.tolist(), strict=True))) == contacts.particle.size
@@ -69,5 +77,5 @@ def test_contacts_sum_the_pairs_of_a_particle_and_a_body(pool):
 
 def test_nothing_is_listed_where_no_body_moves(pool):
     fluid = pool(0)
-    assert fluid.arrays.body_pairs is NO_BODY_PAIRS
-    assert not fluid.arrays.touching.size and not fluid.arrays.contacts.particle.size
+    assert fluid.arrays.neighbors.body_pairs is NO_BODY_PAIRS
+    assert not fluid.arrays.neighbors.touching.size and not fluid.arrays.pairs.contacts.particle.size

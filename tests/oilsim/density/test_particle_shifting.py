@@ -16,9 +16,7 @@ from oilsim.density.particle_shifting import (
 )
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice
 from oilsim.step.stages.advection import wrap_periodic
-from oilsim.step.stages.relaxation import relax_positions
-from oilsim.step.stages.search import search_neighbors
-from tests.oilsim.conftest import disturbed
+from tests.oilsim.conftest import disturbed, relax_once, search
 from tests.oilsim.gradients.test_particle_sums import EPSILON, SPACING, fields, linear_field
 
 TWO = (Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=800.0))
@@ -48,14 +46,23 @@ def inside(fluid, margin):
 
 def filtered(fluid, theta):
     """What the filter alone (no multipliers, so no shift) adds to velocities (3, N), for a given theta."""
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    context, arrays, state = fluid.context, fluid.arrays, fluid.state
     _, _, flow, _ = fields(fluid)
     relaxation = Relaxation(*np.zeros((4, 3, state.count), np.float32))
     constants = RelaxationConstants(
         balance=np.float32(shift_balance(fluid.config.dimension)), theta=np.float32(theta), inertia=np.float32(0.0),
-        touching=tools.constants.touching_wall,
+        touching=context.constants.touching_wall,
     )  # fmt: skip
-    relax(0, state.count, constants, arrays.neighborhood, flow, np.zeros(state.count, np.float32), True, relaxation)
+    relax(
+        0,
+        state.count,
+        constants,
+        arrays.neighbors.neighborhood,
+        flow,
+        np.zeros(state.count, np.float32),
+        True,
+        relaxation,
+    )
     assert not relaxation.push.any() and not relaxation.shift.any()
     return relaxation.change.astype(np.float64)
 
@@ -71,7 +78,7 @@ def test_filter_conserves_momentum(make_fluid, dimension, phases):
         phases=phases,
     )
     change = filtered(fluid, 0.7)
-    mass = fluid.arrays.rest_density.astype(np.float64)
+    mass = fluid.arrays.neighbors.rest_density.astype(np.float64)
     moved = (np.abs(change) * mass).sum()
     assert moved > 0.01 * (np.abs(fluid.state.velocity) * mass).sum()
     # each pair's share is the same to a few roundings
@@ -141,11 +148,11 @@ def test_liquids_whose_interface_has_a_tension_slip_past_each_other(make_fluid, 
 def test_relaxation_moves_particles_within_a_linear_flow(make_fluid, dimension):
     slope = linear_field(dimension, 6)
     fluid = blob(make_fluid, dimension, lambda p: (p - 1.0) @ slope.T, amount=0.02)
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
-    search_neighbors(tools, arrays, state)
+    state = fluid.state
+    search(fluid)
     core = inside(fluid, 3 * SPACING)
     before, velocity = state.position.copy(), state.velocity.copy()
-    relax_positions(tools, arrays, state, 0.005)
+    relax_once(fluid, 0.005)
     # no motion becomes velocity: all have the one that the flow has where they are put; it has no noise to filter but round-off
     moved = state.position + state.shift - before
     assert np.linalg.norm(moved, axis=0)[core].max() > 1e-3 * SPACING
@@ -164,9 +171,9 @@ def test_shifts_even_out_neighbours(make_fluid):
     for _ in range(100):
         compression, gradient, _, _ = fields(fluid)
         spread.append((compression.std(), np.sqrt((gradient**2).sum(axis=0).mean()) * SPACING))
-        relax_positions(fluid.tools, fluid.arrays, fluid.state, 0.1)
-        wrap_periodic(fluid.tools, fluid.state)
-    assert not fluid.arrays.surface.any()
+        relax_once(fluid, 0.1)
+        wrap_periodic(fluid.state.position, fluid.config.lower, fluid.context.constants.period)
+    assert not fluid.arrays.sums.surface.any()
     assert spread[-1][0] < 0.1 * spread[0][0]
     assert spread[-1][1] < 0.5 * spread[0][1]
 
@@ -181,9 +188,9 @@ def test_relaxation_conserves_momentum_of_a_flow(make_fluid):
     points = disturbed(block((0, 0, 0), (2, 0, 2), SPACING, 2), 0.02, 1) % 2.0
     points[:, 1] = 0.0
     fluid.add_particles(points, phase="water", velocity=vortex(points))
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
     before, velocity = fluid.momentum(), fluid.state.velocity.copy()
-    relax_positions(fluid.tools, fluid.arrays, fluid.state, 0.1)
+    relax_once(fluid, 0.1)
     mass = 1000.0 * SPACING**2
     changed = mass * np.abs(fluid.state.velocity.astype(np.float64) - velocity).sum()
     assert changed > 0.0
@@ -208,11 +215,11 @@ def test_shift_has_no_virial_on_a_lattice(dimension):
 def test_shift_leaves_the_centre_of_mass_where_it_is(make_fluid, dimension):
     # away from walls relaxation exchanges m dx between the two of a pair, of whatever phases
     fluid = blob(make_fluid, dimension, lambda p: np.sin(3.0 * p) * ((1, 0, 1) if dimension == 2 else 1), phases=TWO)
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
-    search_neighbors(tools, arrays, state)
+    arrays, state = fluid.arrays, fluid.state
+    search(fluid)
     before = state.position.astype(np.float64)
-    relax_positions(tools, arrays, state, 0.005)
-    moved = (state.position - before + state.shift) * arrays.rest_density
+    relax_once(fluid, 0.005)
+    moved = (state.position - before + state.shift) * arrays.neighbors.rest_density
     assert np.abs(state.shift).sum() > 0.0
     assert np.abs(moved).sum() > 0.0
     # positions of 2 m are stored to half an EPSILON each
@@ -222,7 +229,7 @@ def test_shift_leaves_the_centre_of_mass_where_it_is(make_fluid, dimension):
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_further_passes_repeat_pushes_and_a_step_shifts_once(make_fluid, dimension):
     fluid = blob(make_fluid, dimension, linear_shear, density_tolerance=1e-6, density_iterations=3)
-    tools, arrays, run, pushes, alone, shifts = fluid.tools, fluid.arrays, fluid.tools.team.run, [], [], []
+    context, run, pushes, alone, shifts = fluid.context, fluid.context.team.run, [], [], []
     fluid.state.position *= np.float32(0.98)
 
     def watch(kernel, count, *arguments):
@@ -235,9 +242,9 @@ def test_further_passes_repeat_pushes_and_a_step_shifts_once(make_fluid, dimensi
             pushes.append(arguments[-1].push.copy())
             shifts.append(arguments[-1].shift.copy())
 
-    tools.team.run = watch
-    search_neighbors(tools, arrays, fluid.state)
-    relax_positions(tools, arrays, fluid.state, 0.01)
+    context.team.run = watch
+    search(fluid)
+    relax_once(fluid, 0.01)
     assert np.array_equal(pushes[0], alone[0])
     for before, push, fresh in zip(pushes, pushes[1:], alone[1:], strict=False):
         assert np.allclose(push, fresh + INERTIA * before, atol=1e-6 * np.abs(push).max())
@@ -250,10 +257,10 @@ def test_shift_is_made_before_densities_are_looked_at(make_fluid, dimension):
     def relaxed(moved, shift):
         """Positions after a relaxation of particles that have `moved` already and have a `shift` to make, lists from before both."""
         fluid = blob(make_fluid, dimension, lambda points: 0.0 * points)
-        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+        search(fluid)
         fluid.state.position += moved * fluid.state.position
         fluid.state.shift[:] = shift * fluid.state.position
-        relax_positions(fluid.tools, fluid.arrays, fluid.state, 1e-9)
+        relax_once(fluid, 1e-9)
         return fluid.state.position.astype(np.float64)
 
     # drawn together by 1 % and looked at, particles are pushed apart; looked at first, they would end a hundredth of it further in
@@ -273,24 +280,24 @@ def test_however_light_a_liquid_is_pairs_keep_their_centre_of_mass_and_nobody_is
     phases = (TWO[0], Phase(name="oil", rest_density=light))
     fluid = blob(make_fluid, dimension, np.zeros_like, phases=phases, amount=0.05 * SPACING)
     state = fluid.state
-    ways, tools, arrays = [], fluid.tools, fluid.arrays
+    ways, arrays = [], fluid.arrays
     for _ in range(5):
-        search_neighbors(tools, arrays, state)
+        search(fluid)
         before, mass = state.position.copy(), np.array([phase.rest_density for phase in phases])[state.phase]
-        relax_positions(tools, arrays, state, 0.01)
+        relax_once(fluid, 0.01)
         ways.append(np.sqrt(((state.position - before) ** 2).sum(axis=0)))
         drift = (mass * (state.position - before).astype(np.float64)).sum(axis=1)
         assert np.abs(drift).max() < 1e-3 * (mass * ways[-1]).sum()  # places are rounded
     assert np.max(ways) < 0.25 * SPACING
-    assert arrays.compression.max() < 0.02
+    assert arrays.sums.compression.max() < 0.02
 
 
 def test_order_of_the_phases_does_not_matter(make_fluid):
     found = []
     for phases in (TWO, TWO[::-1]):
         fluid = blob(make_fluid, 3, np.zeros_like, phases=phases, amount=0.1 * SPACING)
-        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
-        relax_positions(fluid.tools, fluid.arrays, fluid.state, 0.01)
+        search(fluid)
+        relax_once(fluid, 0.01)
         found.append(fluid.state.position[:, np.argsort(fluid.state.id)])
     assert found[0] == pytest.approx(found[1], abs=1e-6)
 

@@ -13,8 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from oilsim import Phase, block, solid_box, tank_walls
-from oilsim.step.stages.adhesion import apply_adhesion
-from oilsim.step.stages.tension import apply_tension
+from oilsim.step.stages.forces import apply_adhesion, apply_tension
 from tests.oilsim.conftest import disturbed, prepare
 
 SPACING, HALF = 0.1, 1.0
@@ -57,11 +56,16 @@ def sides_of(move):
     return [(axis, "xyz"[int(np.abs(move[:, axis]).argmax())]) for axis in range(3)]
 
 
-def stage(fluid, apply):
+def stage(fluid, name):
     """Set the velocities (3, N) [m/s] to what one stage alone gives still liquid in a second."""
     prepare(fluid)
     fluid.state.velocity[:] = 0.0
-    apply(fluid.tools, fluid.arrays, fluid.state, 1.0)
+    neighbors, state = fluid.arrays.neighbors, fluid.state
+    if name == "tension":
+        force = apply_tension(fluid.context, neighbors, state.phase, state.velocity, 1.0)
+    else:
+        force = apply_adhesion(fluid.context, neighbors, state.position, state.phase, state.velocity, 1.0)
+    fluid.context.walls.receive(force)
 
 
 def step(fluid):
@@ -70,8 +74,8 @@ def step(fluid):
 
 # each with the difference that rounding makes; the solves of a step stop at a tolerance
 STAGES = {
-    "tension": (lambda fluid: stage(fluid, apply_tension), 2e-5),
-    "adhesion": (lambda fluid: stage(fluid, apply_adhesion), 2e-5),
+    "tension": (lambda fluid: stage(fluid, "tension"), 2e-5),
+    "adhesion": (lambda fluid: stage(fluid, "adhesion"), 2e-5),
     "step": (step, 5e-4),
 }
 
@@ -81,7 +85,7 @@ def outcome(make_fluid, move, name):
     fluid, body, both = scene(make_fluid, move)
     STAGES[name][0](fluid)
     velocity = fluid.state.velocity.T[np.argsort(fluid.state.id)].astype(np.float64) @ move
-    return velocity, both.T @ np.asarray(fluid.tools.walls.moving[body].impulse, np.float64)
+    return velocity, both.T @ np.asarray(fluid.context.walls.moving[body].impulse, np.float64)
 
 
 @pytest.mark.parametrize("move", [TURNED, TURNED @ TURNED, MIRRORED], ids=["turned", "turned twice", "mirrored"])

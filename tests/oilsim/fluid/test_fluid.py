@@ -212,14 +212,17 @@ def test_each_liquid_but_the_most_meets_the_tolerance_by_itself(make_fluid, monk
 
     def look(system, pressures, tolerance, *others):
         result = solve(system, pressures, tolerance, *others)
-        left.extend(solver._left(oil) / tolerance for oil in minority_phases(fluid.tools, fluid.arrays, fluid.state))
+        left.extend(
+            solver._left(oil) / tolerance
+            for oil in minority_phases(fluid.context, fluid.arrays.neighbors, fluid.state.phase)
+        )
         return result
 
     monkeypatch.setattr(solver, "solve", look)
     for _ in range(10):
         fluid.advance(0.01)
     assert len(left) > 5 and max(left) < 1.01
-    (group,) = minority_phases(fluid.tools, fluid.arrays, fluid.state)
+    (group,) = minority_phases(fluid.context, fluid.arrays.neighbors, fluid.state.phase)
     places, oil = fluid.state.position.T, fluid.state.phase == 1
     reach = cKDTree(places[oil]).query(places)[0] / fluid.config.particle_spacing
     assert set(group) >= set(np.flatnonzero(reach < 2.7)) and reach[group].max() < 2.75 + 0.5

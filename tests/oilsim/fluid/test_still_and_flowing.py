@@ -80,7 +80,7 @@ def test_deep_water_does_not_swing_at_the_longest_stable_step():
     fluid, points = tank(64, width=DEPTH / 4)
     fluid.add_particles(points, phase="water")
     reports = [fluid.advance(0.01) for _ in range(1000)]
-    assert fluid.state.step > 0.99 * stable_time_step(DEPTH / 64, 2, pressure_head(fluid.tools, fluid.state))
+    assert fluid.state.step > 0.99 * stable_time_step(DEPTH / 64, 2, pressure_head(fluid.context, fluid.state))
     assert rms_speed(fluid) < 0.001
     assert np.mean([report.iterations["divergence"] for report in reports[-200:]]) < 15
 

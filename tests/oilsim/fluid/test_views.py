@@ -11,7 +11,7 @@ import pytest
 from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
 
 SPACING = 0.1
-INSIDE = ("arrays", "state", "tools")  # of `Fluid`, public to the rooms of oilsim only
+INSIDE = ("arrays", "clock", "context", "state")  # of `Fluid`, public to the rooms of oilsim only
 MEASURES_THE_STEP_ITSELF = ("tests/benchmarks/budget.py",)  # whose stages it replaces
 
 
@@ -110,7 +110,7 @@ def inside_of_a_fluid(source: str) -> list[str]:
 
 
 def test_readers_outside_reach_for_nothing_inside() -> None:
-    assert inside_of_a_fluid("x = world.fluid.tools.team") == ["fluid.tools, line 1"]
+    assert inside_of_a_fluid("x = world.fluid.context.team") == ["fluid.context, line 1"]
     root, found = Path(__file__).parents[3], {}
     for room in ("coupling", "booms", "vessels", "scenarios", "recordings", "tests", "docs"):
         for path in sorted((root / room).rglob("*.py")):

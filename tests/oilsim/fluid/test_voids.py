@@ -41,7 +41,7 @@ def take_out(fluid: Fluid, count: int) -> None:
     x, _, z = fluid.state.position - 0.5 * SIDE
     leaving = np.zeros(fluid.state.count, dtype=bool)
     leaving[np.argsort(x**2 + z**2)[:count]] = True
-    fluid.state.remove(leaving, fluid.tools.team)
+    fluid.state.remove(leaving, fluid.context.team)
 
 
 def energy(fluid: Fluid) -> float:
@@ -87,7 +87,7 @@ def test_a_surface_that_was_there_from_the_start_is_no_void_however_small() -> N
     fluid.add_boundary(floor)
     fluid.add_particles(block((0, 0, 0), upper, SPACING, 2), phase="water")
     fluid.advance(STEP)
-    beside = int(np.count_nonzero(fluid.arrays.surface))
+    beside = int(np.count_nonzero(fluid.arrays.sums.surface))
     assert 0 < beside < VOIDS * fluid.particle_count
     assert fluid.state.confinement == Confinement.OPEN
 

@@ -8,18 +8,16 @@ import pytest
 from oilsim import block, tank_walls
 from oilsim.gradients.free_surface import SPRAY, SURFACE, FreeSurface
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, normalisation
-from oilsim.step.stages.relaxation import sum_neighbors
-from oilsim.step.stages.search import search_neighbors
-from tests.oilsim.conftest import disturbed
+from tests.oilsim.conftest import disturbed, search, sum_up
 
 SPACING = 0.1
 
 
 def states(fluid):
     """The state (N,) of each particle at the present positions."""
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
-    sum_neighbors(fluid.tools, fluid.arrays, fluid.state, 1e-3)
-    return fluid.arrays.surface
+    search(fluid)
+    sum_up(fluid, 1e-3)
+    return fluid.arrays.sums.surface
 
 
 def expected(position, dimension):

@@ -54,9 +54,9 @@ def test_the_elastic_share_falls_where_viscosity_outruns_the_filter(make_fluid):
     assert exact_share(0.0) == exact_share(1.0) == float(EXACT)
     assert 1.0 - exact_share(10.0) == pytest.approx(0.1 * (1.0 - float(EXACT)))
     phases = tuple(Phase(name=f"oil {mu:g}", rest_density=1000.0, dynamic_viscosity=mu) for mu in (1e-3, 300.0))
-    thin, thick = make_fluid(phases=phases, gravity=(0.0, 0.0, -10.0)).tools.constants.exact
+    thin, thick = make_fluid(phases=phases, gravity=(0.0, 0.0, -10.0)).context.constants.exact
     # 10 nu / d^2 of the finest motion over 1 / (1.5 sqrt(d / g)) of the filter
     damping = 10.0 * 0.3 / SPACING**2 * 1.5 * math.sqrt(SPACING / 10.0)
     assert damping > 2.0
     assert (thin, thick) == pytest.approx((float(EXACT), 1.0 - (1.0 - float(EXACT)) / damping), rel=1e-6)
-    assert (make_fluid(phases=phases, gravity=(0.0, 0.0, 0.0)).tools.constants.exact == EXACT).all()
+    assert (make_fluid(phases=phases, gravity=(0.0, 0.0, 0.0)).context.constants.exact == EXACT).all()

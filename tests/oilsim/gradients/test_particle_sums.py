@@ -11,8 +11,7 @@ from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_moment
-from oilsim.step.stages.search import search_neighbors
-from tests.oilsim.conftest import disturbed
+from tests.oilsim.conftest import disturbed, search
 
 EPSILON = float(np.finfo(np.float32).eps)
 SPACING = 0.1
@@ -20,15 +19,17 @@ SPACING = 0.1
 
 def fields(fluid):
     """e (N,), g (3, N), flow (N, 16), matrix (N, 6) of a fluid at its present positions."""
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
-    search_neighbors(tools, arrays, state)
+    context, arrays, state = fluid.context, fluid.arrays, fluid.state
+    search(fluid)
     count = state.count
     compression, gradient = np.empty(count, np.float32), np.empty((3, count), np.float32)
     flow, matrix = np.zeros((count, 16), np.float32), np.empty((count, 8), np.float32)
-    fill_rows(0, count, state.velocity, arrays.weight, flow)
+    fill_rows(0, count, state.velocity, arrays.neighbors.weight, flow)
     flow[:, LIQUID] = state.phase
-    shares = CorrectionShares(tools.constants.moment, tools.constants.exact.take(state.phase), tools.constants.plane)
-    sum_over_neighbors(0, count, arrays.neighborhood, shares, compression, gradient, flow, matrix)
+    shares = CorrectionShares(
+        context.constants.moment, context.constants.exact.take(state.phase), context.constants.plane
+    )
+    sum_over_neighbors(0, count, arrays.neighbors.neighborhood, shares, compression, gradient, flow, matrix)
     return compression, gradient, flow, matrix[:, :6]
 
 

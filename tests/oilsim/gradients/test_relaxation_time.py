@@ -59,7 +59,7 @@ def test_unit_under_gravity_is_froudes(make_fluid):
     assert froude_unit(0.1, (3.0, 0.0, -4.0)) == pytest.approx(math.sqrt(0.1 / 5.0))
     fluid.add_particles(block((0.5, 0.5, 0.5), (1.0, 1.0, 1.0), 0.1), phase="water", velocity=np.ones(3))
     fluid.advance(0.01)
-    assert fluid.tools.time_unit == froude_unit(0.1, (3.0, 0.0, -4.0))
+    assert fluid.arrays.sums.time_unit == froude_unit(0.1, (3.0, 0.0, -4.0))
 
 
 def vortices(make_fluid, speed, threads=1, spacing=0.1):
@@ -89,7 +89,7 @@ def drop(make_fluid, speed):
 def after(fluid, speed, unit=None):
     """Positions (N, 3) [m] and velocities [m/s] over `speed` after STEPS; `unit` [s]: a fixed one in place of the flow's."""
     if unit is not None:
-        fluid.tools.time_unit, fluid.tools.constants.weightless = unit, False
+        fluid.arrays.sums.time_unit, fluid.context.constants.weightless = unit, False
     for _ in range(STEPS):
         fluid.advance(STEP / speed)
     return fluid.phase_positions("water"), fluid.phase_velocities("water") / np.float32(speed)
@@ -136,7 +136,7 @@ def test_resting_liquid_stays_at_rest(make_fluid):
     fluid.state.velocity[:] = 0.0
     for _ in range(5):
         fluid.advance(STEP)
-    assert fluid.tools.time_unit > 1e3
+    assert fluid.arrays.sums.time_unit > 1e3
     assert np.abs(fluid.state.velocity).max() < 1e-3
 
 

@@ -7,30 +7,31 @@ import pytest
 
 from oilsim import block, tank_walls
 from oilsim.gradients.shear_correction import LARGEST
-from oilsim.step.stages.gradients import cache_pair_gradients
-from oilsim.step.stages.relaxation import sum_neighbors
-from oilsim.step.stages.search import search_neighbors
-from tests.oilsim.conftest import disturbed
+from tests.oilsim.conftest import cache, disturbed, search, sum_up
 
 SPACING = 0.1
 
 
 def moments(fluid):
     """sum_j G_ij x_ij^T (N, dim, dim) from the pair vectors of a fluid, by its lists; and which particles are inside."""
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
-    search_neighbors(tools, arrays, state)
-    sum_neighbors(tools, arrays, state, 1e-3)
-    cache_pair_gradients(tools, arrays, state)
-    axes = [0, 2] if tools.constants.plane else [0, 1, 2]
+    context, arrays, state = fluid.context, fluid.arrays, fluid.state
+    search(fluid)
+    sum_up(fluid, 1e-3)
+    cache(fluid)
+    axes = [0, 2] if context.constants.plane else [0, 1, 2]
     found = np.zeros((state.count, len(axes), len(axes)))
     length = np.array(fluid.config.upper, float) - np.array(fluid.config.lower, float)
     for i in range(state.count):
         listed = slice(
-            arrays.neighborhood.fluid.start[i], arrays.neighborhood.fluid.start[i] + arrays.neighborhood.fluid.number[i]
+            arrays.neighbors.neighborhood.fluid.start[i],
+            arrays.neighbors.neighborhood.fluid.start[i] + arrays.neighbors.neighborhood.fluid.number[i],
         )
-        apart = state.position[:, arrays.neighborhood.fluid.neighbor[listed]].astype(float) - state.position[:, i, None]
+        apart = (
+            state.position[:, arrays.neighbors.neighborhood.fluid.neighbor[listed]].astype(float)
+            - state.position[:, i, None]
+        )
         apart -= length[:, None] * np.round(apart / length[:, None])
-        vectors = float(arrays.gradient.quantum) * arrays.gradient.whole[:, listed].astype(float)
+        vectors = float(arrays.pairs.gradient.quantum) * arrays.pairs.gradient.whole[:, listed].astype(float)
         found[i] = (vectors @ apart.T)[np.ix_(axes, axes)]
     return found
 
@@ -61,8 +62,8 @@ def test_moments_are_nearer_to_one_where_layers_pass_each_other(make_fluid, dime
 def test_liquid_at_rest_keeps_its_matrices(make_fluid):
     fluid = sheared(make_fluid, 3, 0.0)
     moments(fluid)
-    kept = fluid.arrays.repaired[:, :6]
-    assert np.array_equal(kept, fluid.arrays.matrix[:, :6])
+    kept = fluid.arrays.pairs.repaired[:, :6]
+    assert np.array_equal(kept, fluid.arrays.sums.matrix[:, :6])
 
 
 def test_beside_walls_and_surfaces_nothing_is_mended(make_fluid):
@@ -72,9 +73,9 @@ def test_beside_walls_and_surfaces_nothing_is_mended(make_fluid):
     fluid.add_particles(points, phase="water", velocity=50.0 * points[:, [2, 0, 1]])
     moments(fluid)
     arrays = fluid.arrays
-    changed = (arrays.repaired[:, :6] != arrays.matrix[:, :6]).any(axis=1)
-    by_walls = arrays.neighborhood.walls.number[: fluid.particle_count] > 0
+    changed = (arrays.pairs.repaired[:, :6] != arrays.sums.matrix[:, :6]).any(axis=1)
+    by_walls = arrays.neighbors.neighborhood.walls.number[: fluid.particle_count] > 0
     assert changed.sum() > 20
     assert not changed[by_walls].any()
-    assert not changed[arrays.surface.astype(bool)].any()
-    assert np.abs(arrays.repaired - arrays.matrix).max() <= LARGEST * (1 + 1e-5)
+    assert not changed[arrays.sums.surface.astype(bool)].any()
+    assert np.abs(arrays.pairs.repaired - arrays.sums.matrix).max() <= LARGEST * (1 + 1e-5)

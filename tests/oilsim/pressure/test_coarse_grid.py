@@ -9,9 +9,8 @@ import pytest
 
 from oilsim import Phase, block, tank_walls
 from oilsim.pressure.coarse_grid import CELL, LEFT
-from oilsim.step.pressure_operator import PressureOperator
 from oilsim.step.stages.advection import wrap_periodic
-from tests.oilsim.conftest import disturbed
+from tests.oilsim.conftest import disturbed, operator_of
 
 WATER = Phase(name="water", rest_density=1000.0)
 OIL = Phase(name="oil", rest_density=800.0)
@@ -34,20 +33,20 @@ def pool(make_fluid, length, depth, spacing, dimension=2, periodic=False, phase=
 
 def laid(fluid):
     """The operator of the last step, begun on a disordered lattice, and the coarse grid laid over its particles."""
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    context, arrays, state = fluid.context, fluid.arrays, fluid.state
     state.position[:] = disturbed(state.position.T, 0.02 * fluid.config.particle_spacing, 1).T
     if fluid.config.dimension == 2:
         state.position[1] = 0.0
-    wrap_periodic(tools, state)
+    wrap_periodic(state.position, fluid.config.lower, fluid.context.constants.period)
     fluid.advance(1e-3)
-    tools.coarse.lay(state.position, arrays.points, arrays.openness)
-    return PressureOperator(tools, arrays, state)
+    context.coarse.lay(state.position, arrays.neighbors.points, arrays.pairs.sums.openness)
+    return operator_of(fluid)
 
 
 def corrected(fluid, residual):
     """The correction of a residual, in float64."""
     correction = np.zeros_like(residual)
-    fluid.tools.coarse.correct(residual, np.ones_like(residual), correction)
+    fluid.context.coarse.correct(residual, np.ones_like(residual), correction)
     return correction.astype(np.float64)
 
 
@@ -81,11 +80,11 @@ def test_correction_is_symmetric_and_positive(make_fluid):
 def test_a_period_may_begin_anywhere(make_fluid):
     fluid = pool(make_fluid, 40 * 0.05, 0.6, 0.05, periodic=True)
     laid(fluid)
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    context, arrays, state = fluid.context, fluid.arrays, fluid.state
     residual = np.random.default_rng(3).standard_normal(state.count).astype(np.float32)
     before = corrected(fluid, residual)
     state.position[0] = (state.position[0] + 3 * CELL * 0.05) % 2.0
-    tools.coarse.lay(state.position, arrays.points, arrays.openness)
+    context.coarse.lay(state.position, arrays.neighbors.points, arrays.pairs.sums.openness)
     after = corrected(fluid, residual)
     assert np.linalg.norm(after - before) < 3 * LEFT * np.linalg.norm(before)
 

@@ -9,8 +9,7 @@ from oilsim import block, tank_walls
 from oilsim.core.config import swing_head, swing_time_step
 from oilsim.gradients.free_surface import FreeSurface
 from oilsim.pressure.rest_pressure import FADE, SHARE, needed_share, rest_pressure, top_of_rest
-from oilsim.step.pressure_operator import PressureOperator
-from tests.oilsim.conftest import disturbed, prepare
+from tests.oilsim.conftest import disturbed, operator_of, prepare
 
 KICK = 0.0981  # g dt [m/s]
 
@@ -64,7 +63,7 @@ def column(make_fluid, spacing):
         fluid.advance(0.01)
     fluid.finish_step()
     prepare(fluid)
-    return fluid, PressureOperator(fluid.tools, fluid.arrays, fluid.state)
+    return fluid, operator_of(fluid)
 
 
 def rise(fluid, operator, *pressures):
@@ -81,7 +80,7 @@ def test_sums_and_slope_agree_but_for_noise(make_fluid, particles) -> None:
     fluid, operator = column(make_fluid, spacing)
     state, arrays = fluid.state, fluid.arrays
     whole = (np.float32(KICK) * (1.0 - state.position[2])).astype(np.float32)
-    top = top_of_rest(state.position[2], arrays.surface, whole, spacing, KICK)
+    top = top_of_rest(state.position[2], arrays.sums.surface, whole, spacing, KICK)
     rest = rest_pressure(state.position[2], top, spacing, KICK)
     by_sums, balanced = rise(fluid, operator, whole), rise(fluid, operator, whole, rest)
     below = (state.position[2] < top - FADE * spacing) & (state.position[2] > 4.0 * spacing)

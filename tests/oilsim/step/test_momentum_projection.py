@@ -7,8 +7,7 @@ import pytest
 
 from oilsim import BoundaryParticles, Phase, block, sphere, tank_walls
 from oilsim.accounts.diagnostics import angular_momentum, momentum
-from oilsim.step.stages.search import search_neighbors
-from tests.oilsim.conftest import disturbed
+from tests.oilsim.conftest import disturbed, search
 
 SPACE = {"lower": (-2.0,) * 3, "upper": (2.0,) * 3, "gravity": (0.0, 0.0, 0.0)}
 SPIN = np.array([1.0, -2.0, 3.0])
@@ -115,12 +114,12 @@ def test_a_wall_at_rest_is_noticed_beside_a_body(make_fluid, gap):
     fluid.add_boundary(shifted)
     fluid.set_boundary_motion(fluid.add_boundary(point), (0.15, 0, 0), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
     fluid.add_particles([[0.0, 0.0, 0.0]], phase="water")
-    tools, arrays = fluid.tools, fluid.arrays
-    search_neighbors(tools, arrays, fluid.state)
-    assert arrays.by_body.all()
-    assert tools.walls.rest_is_touched(arrays.neighborhood.walls, arrays.by_body, arrays.touching) == (
-        gap < fluid.config.support_radius
-    )
+    context, arrays = fluid.context, fluid.arrays
+    search(fluid)
+    assert arrays.neighbors.by_body.all()
+    assert context.walls.rest_is_touched(
+        arrays.neighbors.neighborhood.walls, arrays.neighbors.by_body, arrays.neighbors.touching
+    ) == (gap < fluid.config.support_radius)
 
 
 def test_same_bits_with_any_number_of_threads_and_after_going_back(make_fluid):
@@ -152,4 +151,4 @@ def test_a_shaken_block_does_not_heat_up_by_it(make_fluid):
     start = fluid.energy().kinetic
     for _ in range(30):
         fluid.advance(0.01)
-    assert abs(fluid.tools.budget.total.part("rotation").kinetic) < 1e-3 * start
+    assert abs(fluid.clock.budget.total.part("rotation").kinetic) < 1e-3 * start

@@ -7,7 +7,7 @@ import pytest
 
 from oilsim import BoundaryParticles, tank_walls
 from oilsim.step.stages.advection import wrap_periodic
-from oilsim.step.stages.search import search_neighbors
+from tests.oilsim.conftest import search
 
 STILL = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -28,13 +28,13 @@ def reachable(position, other, support, period, same):
 
 
 def assert_lists_are_whole(fluid):
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
+    context, arrays, state = fluid.context, fluid.arrays, fluid.state
     for pairs, other in (
-        (arrays.neighborhood.fluid, state.position),
-        (arrays.neighborhood.walls, tools.walls.position),
+        (arrays.neighbors.neighborhood.fluid, state.position),
+        (arrays.neighbors.neighborhood.walls, context.walls.position),
     ):
         expected = reachable(
-            state.position, other, tools.constants.support, tools.constants.period, other is state.position
+            state.position, other, context.constants.support, context.constants.period, other is state.position
         )
         for mine, theirs in zip(listed(pairs, state.count), expected, strict=True):
             assert np.array_equal(mine, theirs)
@@ -58,9 +58,9 @@ def stir(fluid, handle, step, amount, rng):
     """Move every particle by up to `amount` along each axis, some by nothing, and the plate with them."""
     shift = rng.uniform(-amount, amount, fluid.state.position.shape) * (rng.random(fluid.state.count) < 0.5)
     fluid.state.position += shift.astype(np.float32)
-    wrap_periodic(fluid.tools, fluid.state)
+    wrap_periodic(fluid.state.position, fluid.config.lower, fluid.context.constants.period)
     fluid.set_boundary_motion(handle, (1.0, 1.0, 1.0 + 0.5 * amount * step), STILL[1], STILL[0], STILL[0])
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
 
 
 @pytest.mark.parametrize("periodic", [(False, False, False), (True, True, False)])
@@ -81,8 +81,8 @@ def test_lists_do_not_depend_on_threads(make_fluid):
         fluid.add_particles(rng.uniform(0.05, 1.95, (6000, 3)), phase="water")
         for _ in range(8):
             fluid.state.position += rng.normal(0.0, 2e-5, fluid.state.position.shape).astype(np.float32)
-            search_neighbors(fluid.tools, fluid.arrays, fluid.state)
-        found.append((fluid.state.id, fluid.state.position, listed(fluid.arrays.neighborhood.fluid, 6000)))
+            search(fluid)
+        found.append((fluid.state.id, fluid.state.position, listed(fluid.arrays.neighbors.neighborhood.fluid, 6000)))
     assert np.array_equal(found[0][0], found[1][0])
     assert np.array_equal(found[0][1], found[1][1])
     assert all(np.array_equal(a, b) for a, b in zip(found[0][2], found[1][2], strict=True))
@@ -90,29 +90,29 @@ def test_lists_do_not_depend_on_threads(make_fluid):
 
 def test_lists_are_renewed_when_a_wall_jumps_comes_or_goes(make_fluid):
     fluid, handle = crowd(make_fluid)
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
     fluid.set_boundary_motion(handle, (1.0, 1.0, 0.5), STILL[1], STILL[0], STILL[0])
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
     assert_lists_are_whole(fluid)
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
     other = fluid.add_boundary(tank_walls((0.5, 0.5, 0.5), (1.5, 1.5, 1.5), 0.1))
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
     assert_lists_are_whole(fluid)
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
     fluid.remove_boundary(other)
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+    search(fluid)
     assert_lists_are_whole(fluid)
 
 
 def test_lists_are_renewed_when_particles_come_or_go(make_fluid):
     fluid, _ = crowd(make_fluid)
     for change in ("come", "go"):
-        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+        search(fluid)
         if change == "come":
             fluid.add_particles([(1.0, 1.0, 1.05)], phase="water")
         else:
-            fluid.state.take(np.arange(1, fluid.state.count), fluid.tools.team)
-        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+            fluid.state.take(np.arange(1, fluid.state.count), fluid.context.team)
+        search(fluid)
         assert_lists_are_whole(fluid)
 
 
@@ -120,12 +120,12 @@ def test_lists_are_renewed_when_another_wall_takes_the_place_of_one(make_fluid):
     fluid, plate = crowd(make_fluid)
     floor = min(fluid.boundaries)
     for handle, points in ((floor, (0.5, 0.2)), (plate, (0.9, 0.1))):
-        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+        search(fluid)
         places = fluid.boundaries[handle].position[:, [1, 0, 2]] * points[0] + points[1]
         other = BoundaryParticles(name="other", position=places, volume=np.ones(len(places)), area=np.ones(len(places)))
         fluid.remove_boundary(handle)
         assert fluid.add_boundary(other, handle) == handle
         if handle == plate:
             fluid.set_boundary_motion(handle, (1.0, 1.0, 1.0), STILL[1], STILL[0], STILL[0])
-        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
+        search(fluid)
         assert_lists_are_whole(fluid)

@@ -7,10 +7,7 @@ import pytest
 
 from oilsim import BoundaryParticles, Phase, block, tank_walls
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice_moment
-from oilsim.step.pressure_operator import PressureOperator
-from oilsim.step.stages.gradients import cache_pair_gradients
-from oilsim.step.stages.search import search_neighbors
-from tests.oilsim.conftest import disturbed
+from tests.oilsim.conftest import cache, disturbed, operator_of, search
 
 TWO = (Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=800.0))
 SPACING = 0.1
@@ -56,24 +53,24 @@ def scene(make_fluid, kind, *, dimension=3, seed=0, isotropic=False, scheme="spl
     half = rng.random(len(points)) < 0.5
     fluid.add_particles(points[half], phase="water")
     fluid.add_particles(points[~half], phase="oil")
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
-    search_neighbors(tools, arrays, state)
+    arrays, state = fluid.arrays, fluid.state
+    search(fluid)
     if scheme == "split":
-        arrays.matrix[:] = 0.0
-        arrays.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
+        arrays.sums.matrix[:] = 0.0
+        arrays.sums.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
         if not isotropic:
             entries = [0, 2, 5] if dimension == 2 else range(6)
             for entry in entries:
-                arrays.matrix[:, entry] += (
+                arrays.sums.matrix[:, entry] += (
                     rng.uniform(-0.4, 0.0, state.count) if entry in (0, 3, 5) else rng.uniform(-0.1, 0.1, state.count)
                 )
-    cache_pair_gradients(tools, arrays, state)
-    return fluid, PressureOperator(tools, arrays, state)
+    cache(fluid)
+    return fluid, operator_of(fluid)
 
 
 def applied(fluid, operator, kappa):
     """What the liquid's velocities (3, N) lose by `kappa`, and the impulses (bodies, 6) that bodies get."""
-    bodies = fluid.tools.walls.moving.values()
+    bodies = fluid.context.walls.moving.values()
     kept = [(body.impulse.copy(), body.twist.copy()) for body in bodies]
     fluid.state.velocity[:] = 0.0
     operator.accelerate(kappa)
@@ -132,17 +129,17 @@ def test_part_of_the_operator_has_the_rows_and_columns_of_its_group(make_fluid, 
 def test_operator_is_the_energy_of_what_it_does(make_fluid, kind, dimension, scheme):
     # x . A x = sum rho_0 / rho_ref |u|^2 + P . M^-1 P / (V rho_ref): never negative, in smooth pressures and in rough ones
     fluid, operator = scene(make_fluid, kind, dimension=dimension, scheme=scheme)
-    tools, arrays = fluid.tools, fluid.arrays
+    context, arrays = fluid.context, fluid.arrays
     x, _, z = fluid.state.position
     rough = np.random.default_rng(5).normal(size=fluid.particle_count)
     for kappa in (rough, np.sin(3.0 * x) + z, np.ones_like(x)):
         kappa = kappa.astype(np.float32)
         change, impulses = applied(fluid, operator, kappa)
-        energy = (change**2 / arrays.weight).sum()
+        energy = (change**2 / arrays.neighbors.weight).sum()
         energy += sum(p @ (np.array([1 / BODY_MASS] * 3 + [1 / BODY_INERTIA] * 3) * p) for p in impulses) / (
-            float(tools.constants.volume) * tools.constants.reference_density
+            float(context.constants.volume) * context.constants.reference_density
         )
-        scale = float((kappa.astype(np.float64) ** 2 * arrays.diagonal).sum())
+        scale = float((kappa.astype(np.float64) ** 2 * arrays.pairs.sums.diagonal).sum())
         assert kappa @ image(operator, kappa) == pytest.approx(energy, abs=ROUNDOFF * scale)
 
 
@@ -151,15 +148,15 @@ def test_operator_is_the_energy_of_what_it_does(make_fluid, kind, dimension, sch
 def test_compression_rate_is_the_transpose_of_the_pressures_effect(make_fluid, kind, dimension, scheme):
     # kappa . H^T v = sum rho_0 / rho_ref u . v - P . V / (V rho_ref), V the twists: what pressure does is what compression costs
     fluid, operator = scene(make_fluid, kind, dimension=dimension, scheme=scheme)
-    tools, arrays, rng = fluid.tools, fluid.arrays, np.random.default_rng(11)
+    context, arrays, rng = fluid.context, fluid.arrays, np.random.default_rng(11)
     kappa = rng.normal(size=fluid.particle_count).astype(np.float32)
     velocity = rng.normal(size=(3, fluid.particle_count)).astype(np.float32)
     if dimension == 2:
         velocity[1] = 0.0
     change, impulses = applied(fluid, operator, kappa)
-    work_done = (change / arrays.weight * velocity).sum()
-    for body, impulse in zip(tools.walls.moving.values(), impulses, strict=True):
-        work_done -= impulse @ body.twist / (float(tools.constants.volume) * tools.constants.reference_density)
+    work_done = (change / arrays.neighbors.weight * velocity).sum()
+    for body, impulse in zip(context.walls.moving.values(), impulses, strict=True):
+        work_done -= impulse @ body.twist / (float(context.constants.volume) * context.constants.reference_density)
     fluid.state.velocity[:] = velocity
     rate = operator.compression_rate().astype(np.float64)
     scale = np.sqrt((kappa**2).sum() * (rate**2).sum())
@@ -172,7 +169,7 @@ def test_pressure_conserves_momentum_of_liquid_and_bodies(make_fluid, kind, dime
     fluid, operator = scene(make_fluid, kind, dimension=dimension, scheme=scheme)
     kappa = np.random.default_rng(3).random(fluid.particle_count).astype(np.float32)
     change, impulses = applied(fluid, operator, kappa)
-    lost = change * fluid.arrays.rest_density * float(fluid.tools.constants.volume)
+    lost = change * fluid.arrays.neighbors.rest_density * float(fluid.context.constants.volume)
     if kind == "bodies":
         # both bodies are pushed
         assert (np.linalg.norm(impulses[:, :3], axis=1) > 1e-3 * np.abs(lost).sum()).all()
@@ -186,9 +183,9 @@ def test_plain_pressure_conserves_angular_momentum(make_fluid, kind, scheme):
     fluid, operator = scene(make_fluid, kind, isotropic=True, scheme=scheme)
     kappa = np.random.default_rng(3).random(fluid.particle_count).astype(np.float32)
     change, impulses = applied(fluid, operator, kappa)
-    lost = (change * fluid.arrays.rest_density * float(fluid.tools.constants.volume)).T
+    lost = (change * fluid.arrays.neighbors.rest_density * float(fluid.context.constants.volume)).T
     spin = np.cross(fluid.state.position.T.astype(np.float64), lost).sum(axis=0)
-    for body, impulse in zip(fluid.tools.walls.moving.values(), impulses, strict=True):
+    for body, impulse in zip(fluid.context.walls.moving.values(), impulses, strict=True):
         spin -= np.cross(body.position, impulse[:3]) + impulse[3:]
     # arms of 1 m
     assert np.abs(spin).max() < ROUNDOFF * np.abs(lost).sum()
@@ -201,20 +198,20 @@ def test_hydrostatic_pressure_balances_gravity_up_to_the_walls_and_corners(make_
     sides = ("-x", "+x", "-z") + (("-y", "+y") if dimension == 3 else ())
     fluid.add_boundary(tank_walls((0, 0, 0), (1, 1, 1), SPACING, sides=sides, dimension=dimension))
     fluid.add_particles(block((0, 0, 0), (1, 1, 0.8), SPACING, dimension), phase="water")
-    tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
-    search_neighbors(tools, arrays, state)
-    arrays.matrix[:] = 0.0
-    arrays.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
-    cache_pair_gradients(tools, arrays, state)
+    arrays, state = fluid.arrays, fluid.state
+    search(fluid)
+    arrays.sums.matrix[:] = 0.0
+    arrays.sums.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
+    cache(fluid)
     kappa = (0.8 - state.position[2]).astype(np.float32)
-    change, _ = applied(fluid, PressureOperator(tools, arrays, state), kappa)
+    change, _ = applied(fluid, operator_of(fluid), kappa)
     # a particle's moment is whole two supports under the surface, its neighbours' one: the force needs only the first
     inside = state.position[2] < 0.8 - SUPPORT * SPACING
     assert inside.sum() >= 5 * 10 ** (dimension - 1)
     # u = grad kappa = (0, 0, -1); kappa / d = 8, and each of a sum of 80 vectors is rounded by up to half a quantum
     exact = np.array([0.0, 0.0, -1.0])[:, None]
     assert np.abs(change[:, inside] - exact).max() < 8 * 80 * (
-        np.finfo(np.float32).eps + arrays.gradient.quantum * SPACING / 2
+        np.finfo(np.float32).eps + arrays.pairs.gradient.quantum * SPACING / 2
     )
 
 
@@ -227,4 +224,4 @@ def test_diagonal_is_that_of_the_operator(make_fluid, kind, scheme):
     for i in np.random.default_rng(0).choice(fluid.particle_count, 20, replace=False):
         unit = np.zeros(fluid.particle_count, np.float32)
         unit[i] = 1.0
-        assert image(operator, unit)[i] == pytest.approx(float(fluid.arrays.diagonal[i]), rel=ROUNDOFF)
+        assert image(operator, unit)[i] == pytest.approx(float(fluid.arrays.pairs.sums.diagonal[i]), rel=ROUNDOFF)

@@ -8,10 +8,9 @@ from scipy.spatial import cKDTree
 
 from oilsim import Fluid, FluidConfig, PipeEmitter, block, tank_walls
 from oilsim.forcing import Current, Zone
+from oilsim.step.arrays import NeighborSums
 from oilsim.step.sleeping_regions import with_surroundings
-from oilsim.step.stages.search import search_neighbors
-from oilsim.step.step_arrays import StepArrays
-from tests.oilsim.conftest import WATER
+from tests.oilsim.conftest import WATER, search
 
 SPACING, DEPTH, LENGTH, GRAVITY = 0.025, 0.25, 4.0, 9.81
 SLEEP_SPEED = 0.02  # m/s; sqrt(g d) is 0.5
@@ -125,10 +124,10 @@ def test_lists_hold_no_particle_that_has_no_row():
     pour(fluid)
     for _ in range(10):
         fluid.advance(0.025)
-        state, pairs = fluid.state, fluid.arrays.neighborhood.fluid
+        state, pairs = fluid.state, fluid.arrays.neighbors.neighborhood.fluid
         lists = [pairs.neighbor[pairs.start[i] :][: pairs.number[i]] for i in range(state.listed)]
         assert 0 < state.awake < state.listed < state.count
-        assert np.concatenate(lists).max() < state.listed == len(fluid.arrays.points)
+        assert np.concatenate(lists).max() < state.listed == len(fluid.arrays.neighbors.points)
         assert np.concatenate(lists[: state.awake]).max() >= state.awake
 
 
@@ -266,7 +265,7 @@ def test_water_that_is_awake_meets_none_that_nobody_looks_at(dimension, periodic
     partly = 0
     for _ in range(50):
         fluid.advance(0.05)
-        state, pairs = fluid.state, fluid.arrays.neighborhood.fluid
+        state, pairs = fluid.state, fluid.arrays.neighbors.neighborhood.fluid
         partly += 0 < state.asleep < state.count
         for start, number in zip(pairs.start[: state.awake], pairs.number[: state.awake], strict=True):
             assert (pairs.neighbor[start : start + int(number)] < state.listed).all()
@@ -290,9 +289,9 @@ def test_sleeping_water_is_found_where_it_lies_when_others_come_and_go(sleeping,
         sleeping.add_particles(block((0, 0, 0.6), (0.2, 0, 0.7), SPACING, 2), phase="water")
     else:
         sleeping.remove_particles((state.position[0] < 0.1) & (state.position[2] > DEPTH))
-    search_neighbors(sleeping.tools, sleeping.arrays, state)
-    pairs, places = sleeping.arrays.neighborhood.fluid, state.position.T.astype(np.float64)
-    near = cKDTree(places).query_ball_point(places, float(sleeping.tools.constants.support))
+    search(sleeping)
+    pairs, places = sleeping.arrays.neighbors.neighborhood.fluid, state.position.T.astype(np.float64)
+    near = cKDTree(places).query_ball_point(places, float(sleeping.context.constants.support))
     assert state.asleep == asleep
     for i in range(state.awake):
         found = pairs.neighbor[pairs.start[i] : pairs.start[i] + int(pairs.number[i])]
@@ -309,13 +308,14 @@ def test_water_wakes_when_another_surface_takes_the_place_of_one(sleeping):
 def test_nothing_is_compressed_where_all_is_asleep(monkeypatch):
     """Beside a body far above, that keeps the air around it awake."""
     fluid = channel()
-    handle, reserve = fluid.add_boundary(plate(0.0)), StepArrays.reserve
+    handle, make = fluid.add_boundary(plate(0.0)), NeighborSums.of
 
-    def reserve_unwritten(arrays, *needed):
-        reserve(arrays, *needed)
-        arrays.compression[:] = np.nan
+    def make_unwritten(*needed):
+        sums = make(*needed)
+        sums.compression[:] = np.nan
+        return sums
 
-    monkeypatch.setattr(StepArrays, "reserve", reserve_unwritten)
+    monkeypatch.setattr(NeighborSums, "of", make_unwritten)
     fluid.watch()
     for _ in range(20):
         fluid.set_boundary_motion(handle, (0, 0, 0.6), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))

@@ -8,9 +8,6 @@ import pytest
 from oilsim import BoundaryParticles, block, tank_walls
 from oilsim.core.config import STABLE
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, lattice_stiffness
-from oilsim.step.pressure_operator import PressureOperator
-from oilsim.step.stages.gradients import cache_pair_gradients
-from oilsim.step.stages.search import search_neighbors
 from oilsim.step.time_step import (
     REACH,
     cfl_time_step,
@@ -19,6 +16,7 @@ from oilsim.step.time_step import (
     relative_time_step,
     stable_time_step,
 )
+from tests.oilsim.conftest import cache, operator_of, search
 
 SPACING, LIMITS = 0.1, (0.4, 1e-4, 1e-2)
 STILL = (0.0, 0.0, 0.0)
@@ -26,8 +24,8 @@ STILL = (0.0, 0.0, 0.0)
 
 def relative_speed(fluid, fastest):
     """u_most [m/s] at the fluid's present positions."""
-    search_neighbors(fluid.tools, fluid.arrays, fluid.state)
-    return largest_relative_speed(fluid.tools, fluid.arrays, fluid.state, fastest)
+    search(fluid)
+    return largest_relative_speed(fluid.context, fluid.arrays.neighbors.neighborhood, fluid.state, fastest)
 
 
 def test_eq_30_and_31():
@@ -161,18 +159,18 @@ def test_pressed_layers_swing_as_stiffly_as_their_lattice(make_fluid, dimension)
         displacement = 0.01 * SPACING * (-1.0) ** np.round(points[:, 2] / SPACING - 0.5)
         points[:, axis] += displacement
         fluid.add_particles(points, phase="water")
-        tools, arrays, state = fluid.tools, fluid.arrays, fluid.state
-        search_neighbors(tools, arrays, state)
-        arrays.matrix[:] = 0.0
-        arrays.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
-        cache_pair_gradients(tools, arrays, state)
-        PressureOperator(tools, arrays, state).accelerate(np.ones(state.count, np.float32))
+        arrays, state = fluid.arrays, fluid.state
+        search(fluid)
+        arrays.sums.matrix[:] = 0.0
+        arrays.sums.matrix[:, [0, 3, 5]] = 1.0 / lattice_moment(dimension)
+        cache(fluid)
+        operator_of(fluid).accelerate(np.ones(state.count, np.float32))
         # apply takes u off velocities that were 0
         pushed = state.velocity[axis].astype(np.float64)[np.argsort(state.id)]
         stiffness.append(-float((pushed * displacement).sum() / (displacement**2).sum()) * SPACING**2)
     # twice a sum of vectors, each off by q / sqrt(12) of a quantum q, over a displacement of 1e-2 d: within three deviations
-    terms = float(arrays.neighborhood.fluid.number[: state.count].mean())
-    rounding = 2.0 * np.sqrt(terms / 12.0) * float(arrays.gradient.quantum) * SPACING / 0.01
+    terms = float(arrays.neighbors.neighborhood.fluid.number[: state.count].mean())
+    rounding = 2.0 * np.sqrt(terms / 12.0) * float(arrays.pairs.gradient.quantum) * SPACING / 0.01
     assert max(stiffness) == pytest.approx(lattice_stiffness(dimension), abs=3.0 * rounding)
     assert rounding < 0.003
 

@@ -11,7 +11,7 @@ import pytest
 from oilsim import FluidConfig, Phase, block, solid_box, tank_walls
 from oilsim.core.config import STABLE
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice_stiffness
-from oilsim.step.stages.tension import apply_tension
+from oilsim.step.schemes import attract
 from oilsim.tension.interface_stress import smooth_tensions
 from tests.oilsim.conftest import disturbed, prepare
 
@@ -25,8 +25,8 @@ def pulled(fluid):
     """Forces [N] (3, N) of tension on the particles at rest, and their places [m] (3, N)."""
     prepare(fluid)
     fluid.state.velocity[:] = 0.0
-    apply_tension(fluid.tools, fluid.arrays, fluid.state, 1.0)
-    mass = fluid.config.rest_volume * fluid.arrays.rest_density
+    attract(fluid.context, fluid.clock, fluid.arrays, fluid.state, 1.0)
+    mass = fluid.config.rest_volume * fluid.arrays.neighbors.rest_density
     return mass * fluid.state.velocity.astype(np.float64), fluid.state.position.astype(np.float64)
 
 
@@ -63,7 +63,7 @@ def test_tension_is_smoothed_as_the_kernel_says(make_fluid):
     q = np.linalg.norm(place[:, None] - place, axis=2) / (SUPPORT * SPACING)
     weight = kernel(q, 1.0)
     smoothed = np.empty(len(place), np.float32)
-    smooth_tensions(0, len(place), fluid.arrays.neighborhood, tension, smoothed)
+    smooth_tensions(0, len(place), fluid.arrays.neighbors.neighborhood, tension, smoothed)
     assert smoothed == pytest.approx(weight @ tension / weight.sum(axis=1), rel=1e-5, abs=1e-5 * SIGMA)
 
 
@@ -91,7 +91,7 @@ def test_pull_keeps_momentum_with_a_body(make_fluid, angle):
     body = fluid.add_boundary(replace(solid_box((0.6, 0.1, 0.4), SPACING, dimension=2), contact_angle=angle))
     fluid.set_boundary_motion(body, (0, 0, 0), (0, 0, 0, 1), (0, 0, 0), (0, 0, 0))
     force, _ = pulled(fluid)
-    impulse = fluid.tools.walls.moving[body].impulse
+    impulse = fluid.context.walls.moving[body].impulse
     scale = np.abs(force).sum()
     assert scale > 0.1 * SIGMA
     assert np.linalg.norm(impulse[:3]) > 1e-3 * scale
@@ -127,7 +127,7 @@ def test_liquid_without_tension_has_no_stage(make_fluid):
     fluid = make_fluid(phases=(WATER,), **ROOM)
     fluid.add_particles(block((-0.5, 0, -0.5), (0.5, 0, 0.5), SPACING, 2), phase="water")
     report = fluid.advance(0.01)
-    assert fluid.tools.constants.tensions is None
+    assert fluid.context.constants.tensions is None
     assert "tension" not in report.stage_seconds
 
 

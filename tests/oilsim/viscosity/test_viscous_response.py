@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from oilsim import Phase, block, solid_box
-from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity, viscous_system
+from oilsim.step.stages.viscosity import viscous_system
 from oilsim.viscosity.viscous_response import ViscousResponse
-from tests.oilsim.conftest import disturbed, prepare
+from tests.oilsim.conftest import disturbed, let_viscosity_act, prepare
 
 SPACING, MASS, STEP = 0.1, 0.5, 0.02  # m; kg of each box, of 27 kg of liquid displaced; s
 INVERSE_MASS = np.diag([1 / MASS] * 3 + [1 / (MASS * 0.015)] * 3)
@@ -53,10 +53,13 @@ def stirred(make_fluid):
 
 def response_of(fluid, theta=1.0):
     """The bodies' part of a step, with the system it belongs to."""
-    tools, arrays = fluid.tools, fluid.arrays
-    system = viscous_system(tools, arrays, fluid.state, tools.constants.pair_viscosity)
-    gradients = arrays.wall_gradient, system.stiffness.walls
-    return system, ViscousResponse(tools.walls, arrays.body_pairs, *gradients, tools.constants.volume, STEP, theta)
+    context, arrays = fluid.context, fluid.arrays
+    viscosity, phase = context.constants.pair_viscosity, fluid.state.phase
+    system = viscous_system(context, arrays.neighbors, arrays.pairs, phase, arrays.sums.surface, viscosity)
+    gradients = arrays.pairs.wall_gradient, system.stiffness.walls
+    return system, ViscousResponse(
+        context.walls, arrays.neighbors.body_pairs, *gradients, context.constants.volume, STEP, theta
+    )
 
 
 @pytest.mark.parametrize("tied", [False, True])
@@ -80,8 +83,8 @@ def test_the_system_is_symmetric_and_positive(stirred, tied):
 def test_a_step_keeps_momentum_and_throws_no_light_body(stirred, viscosity, tied):
     fluid, handles = stirred(viscosity, tied)
     before, fastest = fluid.momentum(), float(np.abs(fluid.state.velocity).max())
-    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, STEP))
-    bodies = [fluid.tools.walls.moving[handle] for handle in handles]
+    let_viscosity_act(fluid, STEP)
+    bodies = [fluid.context.walls.moving[handle] for handle in handles]
     given = np.sum([body.impulse[:3] for body in bodies], axis=0)
     assert fluid.momentum() + given == pytest.approx(before, abs=1e-6 * np.linalg.norm(before))
     answers = (TIED if tied else np.kron(np.eye(2), INVERSE_MASS)) @ np.concatenate([body.impulse for body in bodies])
@@ -97,5 +100,5 @@ def test_liquid_without_viscosity_drags_nothing(stirred):
     far = fluid.state.position[0] > 0.5
     fluid.state.phase[~far] = fluid.config.phase_index("thin")
     prepare(fluid)
-    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, STEP))
-    assert not fluid.tools.walls.moving[handles[0]].impulse.any()
+    let_viscosity_act(fluid, STEP)
+    assert not fluid.context.walls.moving[handles[0]].impulse.any()

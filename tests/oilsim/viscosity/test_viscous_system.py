@@ -7,12 +7,9 @@ import pytest
 
 from oilsim import Phase, block, tank_walls
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice, normalisation
-from oilsim.step.stages.gradients import cache_pair_gradients
-from oilsim.step.stages.search import search_neighbors
-from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity
 from oilsim.viscosity.pair_stiffness import REGULAR, viscosity_matrix, viscous_weight
 from oilsim.viscosity.viscous_system import implicit_share
-from tests.oilsim.conftest import prepare
+from tests.oilsim.conftest import cache, let_viscosity_act, prepare, search
 
 ALONG, ACROSS = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 2.0 * np.pi])
 
@@ -29,8 +26,8 @@ def waving(make_fluid, particles, viscosity, direction=ALONG, wave_vector=ACROSS
     if fluid.config.scheme == "split":
         prepare(fluid)
     else:
-        search_neighbors(fluid.tools, fluid.arrays, fluid.state)
-        cache_pair_gradients(fluid.tools, fluid.arrays, fluid.state)
+        search(fluid)
+        cache(fluid)
     return fluid
 
 
@@ -45,7 +42,7 @@ def shear_wave(
         make_fluid, particles, viscosity, direction, wave_vector, explicit_viscosity=explicit, viscosity_correction=gamma,
         scheme=scheme,
     )  # fmt: skip
-    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, time_step))
+    let_viscosity_act(fluid, time_step)
     wave = np.sin(wave_vector @ fluid.state.position)
     amplitude = 2.0 * float((direction @ fluid.state.velocity * wave).mean())
     # a step leaves (1 - (1 - theta) nu k^2 dt) / (1 + theta nu k^2 dt) of the wave, theta 0 if explicit
@@ -69,7 +66,7 @@ def test_thin_liquids_follow_their_decay_to_second_order(make_fluid):
     q = number * (2 * np.pi / particles) ** 2 * lattice_rate(1.0 / particles)
     assert implicit_share(number) == 0.5
     fluid = waving(make_fluid, particles, number / particles**2 / 0.01)
-    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, 0.01))
+    let_viscosity_act(fluid, 0.01)
     left = 2.0 * float((fluid.state.velocity[0] * np.sin(2 * np.pi * fluid.state.position[2])).mean())
     assert abs(left / np.exp(-q) - 1.0) < 1.5 * q**3 / 12.0
 
@@ -83,7 +80,7 @@ def test_no_wave_grows_however_viscous(make_fluid):
         fluid.state.velocity[:] = noise
         sizes = []
         for _ in range(12):
-            apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, 0.01))
+            let_viscosity_act(fluid, 0.01)
             sizes.append(float(np.linalg.norm(fluid.state.velocity)))
         assert (np.diff(sizes) < 1e-5 * sizes[0]).all()
 
@@ -164,7 +161,7 @@ def test_disorder_leaves_the_viscosity_as_it_is_set(make_fluid, diagonal):
     wave = np.sin(wave_vector @ fluid.state.position)
     fluid.state.velocity[:] = direction[:, None] * wave
     fluid.state.viscous_time[:] = 0.0
-    apply_viscosity(fluid.tools, fluid.arrays, fluid.state, begin_viscosity(fluid.tools, fluid.state, time_step))
+    let_viscosity_act(fluid, time_step)
     left = (direction @ fluid.state.velocity * wave).mean() / (wave**2).mean()
     rate = (1.0 - left) / (2e-3 * (wave_vector @ wave_vector) * time_step)
     assert rate == pytest.approx(1.0, abs=0.02)  # of which (k d)^2 / 4 is the wave's resolution
@@ -206,8 +203,7 @@ def test_what_a_solve_leaves_is_told(make_fluid, limit, ends):
     fluid.state.velocity[0] += np.float32(0.1) * np.sign(
         fluid.state.position[0] - 0.3
     )  # a jump, which takes many iterations
-    step = begin_viscosity(fluid.tools, fluid.state, 0.1)
-    iterations, left = apply_viscosity(fluid.tools, fluid.arrays, fluid.state, step)
+    iterations, left = let_viscosity_act(fluid, 0.1)
     assert (iterations < limit) == ends
     assert (0.0 < left <= fluid.config.viscosity_tolerance) == ends
     assert left > 0.0
@@ -216,8 +212,7 @@ def test_what_a_solve_leaves_is_told(make_fluid, limit, ends):
 def test_motion_too_slow_for_single_precision_is_left_alone(make_fluid):
     fluid = waving(make_fluid, 16, 10.0)
     fluid.state.velocity *= np.float32(1e-21)
-    step = begin_viscosity(fluid.tools, fluid.state, 0.1)
-    iterations, left = apply_viscosity(fluid.tools, fluid.arrays, fluid.state, step)
+    iterations, left = let_viscosity_act(fluid, 0.1)
     assert iterations <= 2
     assert left == 0.0
     assert np.isfinite(fluid.state.velocity).all()

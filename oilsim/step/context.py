@@ -1,4 +1,4 @@
-"""The tools of a step's stages, beside its arrays: constants, threads, walls, neighbour lists, and a clock for each stage."""
+"""The context of a step's stages: constants, threads, walls, neighbour lists, solvers, and a clock for each stage."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.accounts.budget import Budget
-from oilsim.accounts.ledger import Ledger
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.adhesion import adhesion_scale
 from oilsim.boundaries.boundary_particles import wall_coverage
@@ -27,17 +27,16 @@ from oilsim.gradients.shear_correction import STRETCH
 from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
 from oilsim.neighborhood.neighborhood import Neighborhood
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
+from oilsim.pressure.bounded_solver import BoundConstrainedSolver
 from oilsim.pressure.coarse_grid import CoarsePressure
 from oilsim.pressure.pressure_gradient import PressureConstants
 from oilsim.step.neighbor_lists import NeighborLists
 from oilsim.step.sleeping_regions import SleepingRegions
-from oilsim.step.step_arrays import Needs, StepArrays
 from oilsim.viscosity.pair_stiffness import viscosity_matrix
 from oilsim.viscosity.viscous_system import FINEST
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
-NO_PAIRS = Pairs(np.zeros(0, np.int64), np.zeros(0, np.uint32), np.zeros(0, np.uint32))
 
 
 class StepConstants:
@@ -116,69 +115,54 @@ def exact_period(config: FluidConfig) -> tuple[float, float, float] | None:
     return x, y, z
 
 
-class StepTools:
-    """The constants, threads, walls, lists and accounts of one fluid.
+@dataclass(frozen=True)
+class StepContext:
+    """What the stages of all steps of one fluid share, beside the arrays that they read.
 
-    time_unit [s] of relaxation (see `relaxation_time`), found anew in every step of a weightless liquid; seconds: wall time by
-    stage; budget: accounts of the stages, None unless asked for.
+    config, constants, team   settings, numbers that follow from them, threads
+    walls                     walls and bodies, whose motion advances
+    lists, regions            neighbour lists, and regions that may sleep; None where water never sleeps
+    coarse, solver            coarse grid and solver of the pressure
+    time_unit                 of relaxation [s] with gravity (see `relaxation_time`); weightless liquid finds its own in every step
     """
 
-    def __init__(self, config: FluidConfig, team: Team) -> None:
-        self.config, self.team, self.constants = config, team, StepConstants(config)
-        constants = self.constants
-        grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
-        period = exact_period(config)
-        search = NeighborSearch(grid, team, period)
-        self.lists = NeighborLists(search, team)
-        self.walls = Walls(search, config.lower, period)
-        self.regions = SleepingRegions(config, team) if config.sleep_speed > 0.0 else None
-        self.coarse = CoarsePressure(config, team)
-        unit = LONGEST if constants.weightless else froude_unit(config.particle_spacing, config.gravity)
-        self.time_unit = min(unit, config.capillary_time)
-        self.seconds: defaultdict[str, float] = defaultdict(float)
-        self.budget: Budget | None = None
+    config: FluidConfig
+    constants: StepConstants
+    team: Team
+    walls: Walls
+    lists: NeighborLists
+    regions: SleepingRegions | None
+    coarse: CoarsePressure
+    solver: BoundConstrainedSolver
+    time_unit: float
 
-    def empty_arrays(self) -> StepArrays:
-        """Return the arrays of a step without particles."""
-        return StepArrays(self.neighborhood(0, NO_PAIRS, NO_PAIRS), self.constants.gradient_quantum)
+    @classmethod
+    def of(cls, config: FluidConfig, team: Team) -> StepContext:
+        """Make the context of a fluid of this configuration, without walls."""
+        constants, period = StepConstants(config), exact_period(config)
+        grid = make_grid(config.lower, config.upper, config.periodic, config.support_radius, config.dimension)
+        search = NeighborSearch(grid, team, period)
+        unit = LONGEST if constants.weightless else froude_unit(config.particle_spacing, config.gravity)
+        return cls(
+            config, constants, team, Walls(search, config.lower, period), NeighborLists(search, team),
+            SleepingRegions(config, team) if config.sleep_speed > 0.0 else None, CoarsePressure(config, team),
+            BoundConstrainedSolver(team), min(unit, config.capillary_time),
+        )  # fmt: skip
 
     def neighborhood(self, count: int, fluid: Pairs, walls: Pairs) -> Neighborhood:
         """Make a neighbourhood of `count` particles, whose places are still undefined, with these lists of neighbours."""
         constants, points = self.constants, np.empty((count, 4), np.float32)
         return Neighborhood(
-            points,
-            self.walls.points,
-            constants.period,
-            fluid,
-            walls,
-            constants.sigma,
-            constants.support,
-            constants.volume,
-        )
+            points, self.walls.points, constants.period, fluid, walls, constants.sigma, constants.support, constants.volume
+        )  # fmt: skip
 
-    def needs(self) -> Needs:
-        """Tell which optional arrays the next step needs."""
-        corrected, walls = self.constants.corrected, self.walls
-        return Needs(corrected, corrected and walls.count > 0, corrected and bool(walls.moving))
 
-    @contextmanager
-    def booked(self) -> Iterator[None]:
-        """Let the budget, if one is kept, count what a block between advances changes."""
-        if self.budget is not None:
-            self.budget.open()
-        yield
-        if self.budget is not None:
-            self.budget.suspend()
+class StepClock:
+    """Wall time and accounts by stage: `seconds` by name, and the `budget` of energy and momentum, None unless asked for."""
 
-    def close_budget(self, duration: float, arrays: StepArrays) -> Ledger | None:
-        """Return the ledger of an advance of `duration` [s] that has ended; None where no budget is kept."""
-        if self.budget is None:
-            return None
-        return self.budget.close(
-            duration,
-            arrays.compression + np.float32(arrays.crowding),
-            arrays.surface if self.constants.corrected else None,
-        )
+    def __init__(self) -> None:
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+        self.budget: Budget | None = None
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -190,3 +174,12 @@ class StepTools:
         self.seconds[name] += time.perf_counter() - begin
         if self.budget is not None:
             self.budget.leave(name)
+
+    @contextmanager
+    def booked(self) -> Iterator[None]:
+        """Let the budget, if one is kept, count what a block between advances changes."""
+        if self.budget is not None:
+            self.budget.open()
+        yield
+        if self.budget is not None:
+            self.budget.suspend()
