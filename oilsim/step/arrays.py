@@ -27,7 +27,7 @@ NO_PAIRS = Pairs(np.zeros(0, np.int64), np.zeros(0, np.uint32), np.zeros(0, np.u
 
 @dataclass(frozen=True)
 class Neighbors:
-    """What the search finds.
+    """Lists of neighbours, and what belongs to their particles, as the search finds them.
 
     neighborhood        lists of neighbours, and constants of sums over them
     weight (N,)         rho_ref / rho_0 of the particle's phase [1]
@@ -54,7 +54,7 @@ class Neighbors:
 
 @dataclass
 class NeighborSums:
-    """What relaxation finds.
+    """Sums over neighbours, as the relaxation finds them.
 
     flow (N, 16)         velocity [m/s], weight [1], velocity gradient [1/s] (see `particle_sums`)
     compression (N,)     sum V W - 1 [1], less `crowding` once positions are relaxed
@@ -137,7 +137,7 @@ class StepArrays:
 
 
 def reserved(kept: NDArray[Any], pairs: Pairs) -> NDArray[Any]:
-    """Return storage (3, P) for a vector per pair, reused while it is large enough; contents are undefined."""
+    """Return storage (3, P) for a vector per pair, in the unit of `kept`, which is reused while it is large enough."""
     return kept if kept.shape[1] >= pairs.neighbor.size else np.empty((3, pairs.neighbor.size), kept.dtype)
 
 

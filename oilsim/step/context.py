@@ -117,7 +117,7 @@ def exact_period(config: FluidConfig) -> tuple[float, float, float] | None:
 
 @dataclass(frozen=True)
 class StepContext:
-    """What the stages of all steps of one fluid share, beside the arrays that they read.
+    """Everything that the stages of all steps of one fluid share, beside the arrays that they read.
 
     config, constants, team   settings, numbers that follow from them, threads
     walls                     walls and bodies, whose motion advances
