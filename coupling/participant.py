@@ -11,11 +11,12 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Literal, Protocol, runtime_checkable
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from coupling.saved_fields import SavedFields
 from coupling.units import Unit, read_unit
 from oilsim.core.quantity import Quantity
 
@@ -91,7 +92,7 @@ class StepResult:
     """Result of a step: its status, and the time [s] that the participant has reached.
 
     message: the reason for a status other than OK, or the event.
-    event_handling_needed: discrete states change at that time, see `EventParticipant`.
+    event_handling_needed: discrete states change at that time, see `Participant.update_discrete_states`.
     level: of the event in the run's log.
     terminate_simulation: the participant ends the run; this is no failure.
     cause: the exception that caused an error, if there was one.
@@ -106,20 +107,22 @@ class StepResult:
     level: Literal["info", "warning"] = "info"
 
 
-class Participant(Protocol):
-    """One simulator in a coupled run.
+class Participant(SavedFields):
+    """One simulator in a coupled run: the base class of all, which holds values and does nothing else.
 
     Call order, kept by the master:
 
     1. `variables` may be read at any time and never changes.
-    2. `enter_initialization_mode(start_time)` once; from then on `get` returns the initial outputs.
-    3. `set` and `get` in any order, to exchange initial values; outputs that depend on inputs at once follow them.
-    4. `exit_initialization_mode()` once.
-    5. For every communication step: `set` for connected inputs, then `do_step(time, step_size)`, then `get`. A step may
-       be asked for in parts; inputs then hold. Times never decrease; `time` is where the last successful step ended.
-    6. `save_state` and `restore_state` between steps only. After a restore the next step begins at the saved time, and
+    2. `expect_step(step_size)` once, before the run.
+    3. `enter_initialization_mode(start_time)` once; from then on `get` returns the initial outputs.
+    4. `set` and `get` in any order, to exchange initial values; outputs that depend on inputs at once follow them.
+    5. `exit_initialization_mode()` once.
+    6. For every communication step: `observe`, then `set` for connected inputs, then `do_step(time, step_size)`, then `get`. A step may
+       be asked for in parts; inputs then hold. Times never decrease; `time` is where the last successful step ended. After a step that
+       returns `event_handling_needed`, `update_discrete_states` until it returns False.
+    7. `save_state` and `restore_state` between steps only. After a restore the next step begins at the saved time, and
        given the same inputs it gives the same outputs bit for bit.
-    7. `terminate()` once, last; also after another participant failed.
+    8. `terminate()` once, last; also after another participant failed.
 
     Ownership: `get` returns an array that the caller may keep (the participant will not write into it); `set` copies.
 
@@ -127,15 +130,22 @@ class Participant(Protocol):
     `last_successful_time`, and asks to be called again from there; DISCARD when it could not do the step and its state
     is as before, and it may be asked for a shorter one; ERROR, or an exception, when it cannot go on, after which only
     `terminate` is called.
+
+    A subclass defines `do_step`, and of the others those in which it has something to do. `STATE` names the fields that `save_state` saves;
+    `_values` among them holds each variable's value, 0 at first, which `get` and `set` then serve.
     """
 
-    @property
-    def name(self) -> str:
-        """Name of the participant, unique in a run."""
+    STATE: ClassVar[tuple[str, ...]] = ("_values",)
 
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Every variable by its name."""
+    def __init__(self, name: str, variables: Iterable[Variable] = ()) -> None:
+        """Take a name that is unique in a run, and the variables; ValueError if two of them have the same name."""
+        self.name = name
+        self.variables: Mapping[str, Variable] = variable_table(variables)
+        if "_values" in self.STATE:
+            self._values = {key: np.zeros(variable.shape) for key, variable in self.variables.items()}
+
+    def expect_step(self, step_size: float) -> None:
+        """Prepare for whole steps of one and the same `step_size` [s], to the last bit, which differences of times are not."""
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Prepare for a run that begins at `start_time` [s]."""
@@ -143,47 +153,37 @@ class Participant(Protocol):
     def exit_initialization_mode(self) -> None:
         """Finish the initialization: the initial inputs are set, and steps follow."""
 
+    def observe(self) -> bool:
+        """Read a simulator that others may change between steps; return True if outputs are to be read anew."""
+        return False
+
     def get(self, name: str) -> Array:
-        """Return the value of the variable `name`, an array of its shape, as (6,), in its unit, as [N, N m]."""
+        """Return a copy of the variable `name`, an array of its shape, as (6,), in its unit, as [N, N m]; ValueError for another name."""
+        values: Mapping[str, Array] = getattr(self, "_values", {})
+        if name not in values:
+            raise ValueError(f"{self.name!r} has no variable {name!r}, allowed: {', '.join(values) or 'none'}")
+        return values[name].copy()
 
     def set(self, name: str, value: Array) -> None:
-        """Set the input or parameter `name` to `value`, an array of its shape, as (6,), in its unit, as [N, N m]."""
+        """Set the input or parameter `name` to `value`, of its shape, as (6,), in its unit, as [N, N m]; ValueError if it cannot be."""
+        self._values[name] = checked_value(self.name, self.variables, name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s]."""
-
-    def save_state(self) -> object:
-        """Return everything needed to repeat the steps that follow; NotImplementedError if the participant cannot save its state."""
-
-    def restore_state(self, state: object) -> None:
-        """Go back to what `save_state` returned."""
-
-    def terminate(self) -> None:
-        """Release all resources; no call follows."""
-
-
-@runtime_checkable
-class EventParticipant(Participant, Protocol):
-    """A participant with discrete states, which the master has updated after a step that returns `event_handling_needed`."""
+        raise NotImplementedError
 
     def update_discrete_states(self) -> bool:
         """Make one round of event iteration at the present time; return True as long as another round is needed."""
+        return False
 
+    def restore_state(self, state: Any) -> None:
+        """Go back to what `save_state` returned; errors are those of `SavedFields`, and ValueError for values beyond their limits."""
+        if "_values" in self.STATE and isinstance(state, Mapping):
+            checked_values(self.name, self.variables, state["values"])
+        super().restore_state(state)
 
-@runtime_checkable
-class SharedParticipant(Participant, Protocol):
-    """A participant whose simulator others may change between steps: its outputs are read again as each step begins."""
-
-    def observe(self) -> None:
-        """Read the simulator's state again; the master calls it before it reads the outputs and makes the step."""
-
-
-@runtime_checkable
-class EvenStepParticipant(Participant, Protocol):
-    """A participant that may want one and the same step size, to the last bit, which differences of times are not."""
-
-    def expect_step(self, step_size: float) -> None:
-        """Prepare for whole steps of `step_size` [s]; the master calls it once, before the run."""
+    def terminate(self) -> None:
+        """Release all resources; no call follows."""
 
 
 def variable_table(variables: Iterable[Variable]) -> dict[str, Variable]:

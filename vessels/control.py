@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import Any, cast
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, checked_values, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable
 from oilsim.core.quantity import Quantity, quantities, quantity, quantity_of, require
 from oilsim.forcing import Wind
 from vessels.course import Course, CourseLeg, wrap_angle
@@ -25,7 +24,6 @@ Array = NDArray[np.float64]
 HELM_ORDERS = {"speed_order": quantities(CourseLeg)["speed"], "heading_order": quantities(CourseLeg)["heading"]}
 STRONGEST = quantities(Wind)["speed"].at_most or 0.0
 WIND = Quantity(unit="m/s", at_least=-STRONGEST, at_most=STRONGEST)  # each component
-_SavedState = tuple[dict[str, Any], dict[str, Array]]
 
 
 @dataclass
@@ -48,8 +46,8 @@ class _ControlState:
         require("helmsman", _ControlState, vars(self))
 
 
-class VesselControl:
-    """Speed and heading control of `vessel`, a `coupling.participant.Participant`.
+class VesselControl(Participant):
+    """Speed and heading control of `vessel`.
 
     Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.speed_order
     [m/s] and <vessel>.heading_order [rad]. An order replaces that of the course until the next leg begins; an autopilot that sets orders
@@ -68,23 +66,18 @@ class VesselControl:
     Raises ValueError for a vessel without a course.
     """
 
+    STATE = ("_values", "_state")
+
     def __init__(self, vessel: Vessel) -> None:
         """Take the vessel's course; ValueError for a vessel without one."""
         if vessel.course is None:
             raise ValueError(f"vessel {vessel.name!r} has no course, allowed: a course with at least one leg")
         self._course = vessel.course
-        self.name = f"{vessel.name}-control"
+        super().__init__(f"{vessel.name}-control", control_variables(vessel.name, HELM_ORDERS))
         self.vessel = vessel
-        self._variables = variable_table(control_variables(vessel.name, HELM_ORDERS))
-        self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
         self._values[f"{vessel.name}.pose"][6] = 1.0
         self._state = _ControlState()
         self.current: Callable[[float], Array] = no_current
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Every variable by its name."""
-        return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Take the orders of the first leg; the speed order rises from rest."""
@@ -95,14 +88,10 @@ class VesselControl:
         """Start the speed ramp from the vessel's present speed."""
         self._state.ramped_speed = float(self._motion()[2])
 
-    def get(self, name: str) -> Array:
-        """Return a copy of the variable's value."""
-        return self._values[name].copy()
-
     def set(self, name: str, value: Array) -> None:
         """Set an input; an order holds until the next leg begins."""
-        array = checked_value(self.name, self._variables, name, value)
-        self._values[name] = array
+        super().set(name, value)
+        array = self._values[name]
         if name == f"{self.vessel.name}.speed_order":
             self._state.speed_order = float(array)
         elif name == f"{self.vessel.name}.heading_order":
@@ -154,20 +143,6 @@ class VesselControl:
             self._values[f"{self.vessel.name}.{name}"] = np.array(value)
         self._values[f"{self.vessel.name}.applied_wrench"] = wrench
         return StepResult(Status.OK, time + step_size)
-
-    def save_state(self) -> object:
-        """Return copies of the controller's memory and of every variable."""
-        memory = {name: value for name, value in asdict(self._state).items() if value is not None}
-        return memory, {name: value.copy() for name, value in self._values.items()}
-
-    def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned; ValueError for orders beyond their limits."""
-        memory, values = cast(_SavedState, state)
-        self._state = _ControlState(**memory)
-        self._values = checked_values(self.name, self._variables, values)
-
-    def terminate(self) -> None:
-        """Do nothing: the helmsman holds no resources."""
 
     def _take_orders(self, time: float, place: tuple[float, float] | None = None, surge: float = 0.0) -> None:
         """Take the orders of a leg when the leg begins; place (x, y) [m] and speed ahead [m/s], where they are known."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import cast
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.participant import Status, StepResult, Variable, checked_value, checked_values, variable_table
+from coupling.participant import Participant, Status, StepResult
 from oilsim.core.quantity import Quantity
 from vessels.control import control_variables, no_current
 from vessels.vessel import Vessel, moved_by, planar_motion
@@ -22,8 +21,8 @@ MACHINERY_ORDERS = {
 }
 
 
-class ManualControl:
-    """Manual control of `vessel`, a `coupling.participant.Participant`: it pushes as ordered.
+class ManualControl(Participant):
+    """Manual control of `vessel`: it pushes as ordered.
 
     Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.thrust_order
     (ahead) and <vessel>.side_thrust_order (to port) [N] and <vessel>.yaw_moment_order [N m] (counter-clockwise), each 0 until it is set.
@@ -33,31 +32,10 @@ class ManualControl:
     """
 
     def __init__(self, vessel: Vessel) -> None:
-        self.name = f"{vessel.name}-control"
+        super().__init__(f"{vessel.name}-control", control_variables(vessel.name, MACHINERY_ORDERS))
         self.vessel = vessel
-        self._variables = variable_table(control_variables(vessel.name, MACHINERY_ORDERS))
-        self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
         self._values[f"{vessel.name}.pose"][6] = 1.0
         self.current: Callable[[float], Array] = no_current
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Every variable by its name."""
-        return self._variables
-
-    def enter_initialization_mode(self, start_time: float) -> None:
-        """Do nothing: there is nothing to prepare."""
-
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: no value depends on others yet."""
-
-    def get(self, name: str) -> Array:
-        """Return a copy of the variable's value."""
-        return self._values[name].copy()
-
-    def set(self, name: str, value: Array) -> None:
-        """Set an input; an order holds until it is set again."""
-        self._values[name] = checked_value(self.name, self._variables, name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Choose the wrench that acts from `time` to `time + step_size` [s]."""
@@ -77,17 +55,6 @@ class ManualControl:
             self._values[f"{vessel}.{name}"] = np.array(value)
         self._values[f"{vessel}.applied_wrench"] = wrench + self.vessel.wind_wrench(pose, twist, wind)
         return StepResult(Status.OK, time + step_size)
-
-    def save_state(self) -> object:
-        """Return copies of every variable."""
-        return {name: value.copy() for name, value in self._values.items()}
-
-    def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned; ValueError for orders beyond their limits."""
-        self._values = checked_values(self.name, self._variables, cast(dict[str, Array], state))
-
-    def terminate(self) -> None:
-        """Do nothing: manual control holds no resources."""
 
     def _order(self, what: str) -> float:
         return float(self._values[f"{self.vessel.name}.{what}_order"])

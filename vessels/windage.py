@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable
 from coupling.rigid.rotations import rotation_matrices
 from oilsim.core.physical_constants import AIR_DENSITY
 
@@ -52,45 +52,23 @@ class Windage:
         return np.concatenate([force, np.cross(center, force)])
 
 
-class WindOnBodies:
-    """The wind on floating bodies that no helmsman steers, a `coupling.participant.Participant`.
+class WindOnBodies(Participant):
+    """The wind on floating bodies that no helmsman steers.
 
     Inputs: <body>.pose (7,) [m, 1], <body>.twist (6,) [m/s, rad/s], and one wind (3,) [m/s]. Output: <body>.applied_wrench (6,) [N, N m].
     """
 
-    name = "wind"
-
     def __init__(self, bodies: Mapping[str, Windage]) -> None:
         """Take the surfaces of the bodies by name."""
         self._bodies = dict(bodies)
-        self._variables = variable_table([Variable("wind", "m/s", (3,), Causality.INPUT), *_variables(list(bodies))])
-        self._values = {name: np.zeros(variable.shape) for name, variable in self._variables.items()}
+        super().__init__("wind", [Variable("wind", "m/s", (3,), Causality.INPUT), *_variables(list(bodies))])
         for body in bodies:
             self._values[f"{body}.pose"][6] = 1.0
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Every variable by its name."""
-        return self._variables
 
     @property
     def body_names(self) -> tuple[str, ...]:
         """Names of the bodies in the wind."""
         return tuple(self._bodies)
-
-    def enter_initialization_mode(self, start_time: float) -> None:
-        """Do nothing: there is nothing to prepare."""
-
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: no value depends on others yet."""
-
-    def get(self, name: str) -> Array:
-        """Return a copy of the variable's value."""
-        return self._values[name].copy()
-
-    def set(self, name: str, value: Array) -> None:
-        """Set a pose, a twist or the wind."""
-        self._values[name] = checked_value(self.name, self._variables, name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Choose the wrenches that act from `time` to `time + step_size` [s]."""
@@ -98,21 +76,6 @@ class WindOnBodies:
             pose, twist = self._values[f"{body}.pose"], self._values[f"{body}.twist"]
             self._values[f"{body}.applied_wrench"] = windage.wrench(pose, twist, self._values["wind"])
         return StepResult(Status.OK, time + step_size)
-
-    def save_state(self) -> object:
-        """Return copies of every variable."""
-        return {name: value.copy() for name, value in self._values.items()}
-
-    def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned; TypeError for anything else."""
-        if not isinstance(state, dict):
-            raise TypeError(
-                f"'wind': restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
-            )
-        self._values = {name: value.copy() for name, value in state.items()}
-
-    def terminate(self) -> None:
-        """Do nothing: the wind holds no resources."""
 
 
 def _variables(bodies: Sequence[str]) -> list[Variable]:

@@ -13,13 +13,11 @@ segments is that of the closures from the beginning, though a segment can only l
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from booms.losses.ways import WAYS
+from coupling.saved_fields import SavedFields
 from oilsim.slick.loss_cause import LossCause
 
 Array = NDArray[np.float64]
@@ -28,8 +26,10 @@ Array = NDArray[np.float64]
 WINDOW = 5.0
 
 
-class LossBudgets:
+class LossBudgets(SavedFields):
     """Volumes owed [m3] by way out and segment (ways, S)."""
+
+    STATE = ("owed", "_claims")
 
     def __init__(self, segments: int, particle_volume: float, seed: int) -> None:
         """Begin with shares of `particle_volume` [m3] drawn from `seed`."""
@@ -68,11 +68,3 @@ class LossBudgets:
     def take_back(self, segment: int, way: int) -> None:
         """Give a segment back the particle that it lost in excess."""
         self.owed[way, segment] += self._volume
-
-    def save_state(self) -> dict[str, Any]:
-        """Return what is owed."""
-        return {"owed": self.owed.copy(), "claims": self._claims.copy()}
-
-    def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to what `save_state` returned."""
-        self.owed, self._claims = saved["owed"].copy(), saved["claims"].copy()

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +29,7 @@ from booms.losses.strips import segments_ahead, standing_share
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from booms.losses.ways import UNDER_FOOT, WAYS
 from booms.scores import PLANING_ANGLE
+from coupling.saved_fields import SavedFields
 from oilsim import Fluid
 from oilsim.slick.loss_cause import LossCause
 
@@ -87,8 +87,10 @@ class _HeldOil:
         self.segment = np.full(len(self.ids), -1, np.int64)
 
 
-class ClosureLosses:
+class ClosureLosses(SavedFields):
     """The closures of one boom, with their budgets; only `act` changes anything."""
+
+    STATE = ("_time", "_speed", "_draft", "_swaps", "_held_back", "rate", "_budgets")
 
     def __init__(self, boom: LostBoom) -> None:
         self._boom = boom
@@ -302,22 +304,3 @@ class ClosureLosses:
         distance = ((position - place) ** 2).sum(axis=1)
         order = np.lexsort((particles.id[index], distance))
         return int(particles.id[index[order[0]]])
-
-    def save_state(self) -> dict[str, Any]:
-        """Return everything that is needed to go on from here."""
-        return {
-            "time": self._time,
-            "speed": self._speed.copy(),
-            "draft": self._draft.copy(),
-            "swaps": self._swaps,
-            "held_back": self._held_back,
-            "rate": self.rate,
-            "budgets": self._budgets.save_state(),
-        }
-
-    def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to a state that `save_state` returned."""
-        self._time, self._swaps, self.rate = saved["time"], int(saved["swaps"]), float(saved["rate"])
-        self._held_back = int(saved["held_back"])
-        self._speed, self._draft = saved["speed"].copy(), saved["draft"].copy()
-        self._budgets.restore_state(saved["budgets"])

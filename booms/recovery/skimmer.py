@@ -9,10 +9,11 @@ recovery efficiency.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 from booms.recovery.planning import daily_capacity
+from coupling.saved_fields import SavedFields
 from oilsim.core.physical_constants import GRAVITY, SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, require
 
@@ -67,8 +68,10 @@ class SkimmerAccount:
     working: float = 0.0
 
 
-class Skimmer:
+class Skimmer(SavedFields):
     """A skimmer at work: `wanted` says how much oil it takes in a step, `take` books what it got."""
+
+    STATE = ("is_running", "oil_aboard", "water_aboard", "ashore_until", "account")
 
     def __init__(self, design: SkimmerDesign) -> None:
         self.design = design
@@ -138,14 +141,3 @@ class Skimmer:
             "share_of_nameplate": fluid / account.working / design.nameplate if hours > 0.0 else None,
             "effective_daily_recovery_capacity_m3": daily_capacity(design.nameplate),
         }
-
-    def save_state(self) -> dict[str, Any]:
-        """Return everything that the next steps depend on, and the account, as plain data."""
-        names = ("is_running", "oil_aboard", "water_aboard", "ashore_until")
-        return {name: getattr(self, name) for name in names} | {"account": asdict(self.account)}
-
-    def restore_state(self, saved: dict[str, Any]) -> None:
-        """Go back to what `save_state` returned."""
-        self.account = SkimmerAccount(**saved["account"])
-        for name in ("is_running", "oil_aboard", "water_aboard", "ashore_until"):
-            setattr(self, name, saved[name])

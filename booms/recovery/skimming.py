@@ -6,13 +6,11 @@ Inputs: the `<body>.pose` (7,) [m, 1] and `<body>.twist` (6,) [m/s, rad/s] of th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from booms.recovery.skimmer import Skimmer, SkimmerDesign
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.participants.slick import SlickParticipant
 from coupling.rigid.rotations import rotation_matrices
 from oilsim.slick.parcels import ParcelState
@@ -25,13 +23,16 @@ SUMS = ("encountered", "oil", "water", "decanted", "offloaded")
 OUTPUTS = {**dict.fromkeys((*SUMS, "aboard"), "m3"), "rate": "m3/s"}
 
 
-class SkimmingParticipant:
+class SkimmingParticipant(Participant):
     """A skimmer `offset` (3,) [m] from the centre of `body`, along its axes; without a body, `offset` is its place in the world."""
+
+    STATE = ("skimmer", "_pose", "_twist", "_told_full", "_met")
+    LOOSE = ("_met",)
 
     def __init__(
         self, name: str, design: SkimmerDesign, slick: SlickParticipant, *, body: str | None, offset: Array
     ) -> None:
-        self._name, self._slick, self._body = name, slick, body
+        self._slick, self._body = slick, body
         self._offset = np.asarray(offset, np.float64)
         self.skimmer = Skimmer(design)
         self._rate = 0.0
@@ -44,17 +45,7 @@ class SkimmingParticipant:
             Variable(f"{body}.twist", "m/s, rad/s", (6,), Causality.INPUT),
         ]  # fmt: skip
         outputs = [Variable(output, unit, (), Causality.OUTPUT) for output, unit in OUTPUTS.items()]
-        self._variables = variable_table([*inputs, *outputs])
-
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """The motion of the body that carries it, and its account; see the module."""
-        return self._variables
+        super().__init__(name, [*inputs, *outputs])
 
     @property
     def mouth(self) -> tuple[float, float]:
@@ -72,12 +63,6 @@ class SkimmingParticipant:
             return None
         return float(np.linalg.norm(np.average(places[near], axis=0, weights=volumes[near]) - mouth))
 
-    def enter_initialization_mode(self, start_time: float) -> None:
-        """Do nothing: there is nothing to prepare."""
-
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: no value depends on others yet."""
-
     def get(self, name: str) -> Array:
         """Return an output, an array (), in its unit; ValueError for another name."""
         skimmer = self.skimmer
@@ -85,12 +70,12 @@ class SkimmingParticipant:
             return np.array(getattr(skimmer.account, name))
         values = {"aboard": skimmer.oil_aboard + skimmer.water_aboard, "rate": self._rate}
         if name not in values:
-            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(OUTPUTS)}")
+            raise ValueError(f"{self.name!r} has no output {name!r}, allowed: {', '.join(OUTPUTS)}")
         return np.array(values[name])
 
     def set(self, name: str, value: Array) -> None:
         """Set the pose or the twist of the body that carries it."""
-        checked = checked_value(self._name, self._variables, name, value)
+        checked = checked_value(self.name, self.variables, name, value)
         if name.endswith(".pose"):
             self._pose = checked
         else:
@@ -139,26 +124,6 @@ class SkimmingParticipant:
         """Return and forget what has happened since the last call."""
         told, self._told = self._told, []
         return told
-
-    def save_state(self) -> object:
-        """Return its state and the last inputs."""
-        return {
-            "skimmer": self.skimmer.save_state(),
-            "pose": self._pose.copy(),
-            "twist": self._twist.copy(),
-            "told_full": self._told_full,
-            "met": self._met.copy(),
-        }
-
-    def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned; TypeError for anything else."""
-        if not isinstance(state, dict):
-            raise TypeError(
-                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
-            )
-        self.skimmer.restore_state(state["skimmer"])
-        self._pose, self._twist = state["pose"].copy(), state["twist"].copy()
-        self._told_full, self._met = state["told_full"], state["met"].copy()
 
     def terminate(self) -> None:
         """Do nothing: a skimmer holds no resources."""

@@ -33,7 +33,7 @@ from coupling.fmu.participant_slave import ENDED
 from coupling.fmu.temporary_folder import temporary_folder
 from coupling.fmu.trial_process import is_own_process, suspected_folder, try_out
 from coupling.fmu.variables import FLOATS, grouped, variables_of, whole
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value
+from coupling.participant import Causality, Participant, Status, StepResult, checked_value
 
 Array = npt.NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class _Held:
         self.handle = handle
 
 
-class FmuParticipant:
+class FmuParticipant(Participant):
     """Runs one FMU, which is unpacked when the run begins and removed when it ends.
 
     Raises ValueError for start values that are unknown to the FMU or not finite, and for units that the FMU states itself.
@@ -67,13 +67,13 @@ class FmuParticipant:
         variables for which the FMU states none. Raises FileNotFoundError for a missing file, and ValueError, with every problem at once,
         for a file that is no FMU, has no co-simulation or no binary for this platform.
         """
-        self._name = name
+        self.name = name
         self._path = Path(path)
         self._description = read_description(self._path)
         self._members = grouped(self._description)
-        self._variables = variables_of(self._description, self._members, units or {})
+        self.variables = variables_of(self._description, self._members, units or {})
         self._start_values = {
-            key: checked_value(name, self._variables, key, _filled(value, self._variables[key].shape))
+            key: checked_value(name, self.variables, key, _filled(value, self.variables[key].shape))
             for key, value in self._checked_start_values(start_values or {}).items()
         }
         for key, start in self._start_values.items():
@@ -89,16 +89,6 @@ class FmuParticipant:
         self._even_step: float | None = None  # of an FMU that wants one number, to the last bit (FMI 2.0.4, 4.2.1)
         self._why_not_saved = "" if interface.canGetAndSetFMUstate else "it lacks canGetAndSetFMUState"
         self._why_not_serialised = "" if interface.canSerializeFMUstate else "it lacks canSerializeFMUState"
-
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Every variable by its name, as the module describes."""
-        return self._variables
 
     @property
     def why_not_kept(self) -> str:
@@ -129,7 +119,7 @@ class FmuParticipant:
 
         The trial runs in a separate process if one can be started, since a broken FMU may crash or hang its process.
         """
-        arguments = (self._name, str(self._path.resolve()))
+        arguments = (self.name, str(self._path.resolve()))
         problem = try_out(__name__, arguments) if is_own_process() else self.load_and_free()
         if problem:
             raise ValueError(f"FMU {self._path} cannot be loaded: {problem}{suspected_folder()}")
@@ -171,7 +161,7 @@ class FmuParticipant:
                 guid=description.guid,
                 unzipDirectory=self._folder.name,
                 modelIdentifier=description.coSimulation.modelIdentifier,
-                instanceName=self._name,
+                instanceName=self.name,
             )
         if isinstance(fmu, FMU3Slave):
             fmu.instantiate(earlyReturnAllowed=True, loggingOn=True, logMessage=self._messages.listener)
@@ -209,19 +199,19 @@ class FmuParticipant:
 
     def get(self, name: str) -> Array:
         """Return a copy of a variable; ValueError for a name that is no variable."""
-        if name not in self._variables:
-            raise ValueError(f"{self._name!r} has no variable {name!r}, allowed: {', '.join(self._variables)}")
+        if name not in self.variables:
+            raise ValueError(f"{self.name!r} has no variable {name!r}, allowed: {', '.join(self.variables)}")
         members = self._members[name]
         read = getattr(self._running(), f"get{self._kind(members[0])}")
         try:
             values = read([member.valueReference for member in members], **self._count(name))
         except FMICallException as cause:
             raise self._failure(cause) from cause
-        return np.array(values, dtype=np.float64).reshape(self._variables[name].shape)
+        return np.array(values, dtype=np.float64).reshape(self.variables[name].shape)
 
     def set(self, name: str, value: Array) -> None:
         """Set an input, or a parameter before the run; ValueError for an output, an unknown name and another shape."""
-        self._write(name, checked_value(self._name, self._variables, name, value))
+        self._write(name, checked_value(self.name, self.variables, name, value))
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Make one `doStep`; the result passes on an early return, a discard and a request to end the run.
@@ -294,9 +284,7 @@ class FmuParticipant:
         The FMU frees such a state once nothing refers to it. Raises NotImplementedError if the FMU cannot save its state.
         """
         if self._why_not_saved:
-            raise NotImplementedError(
-                f"{self._name!r}: {self._path.name} cannot save its state ({self._why_not_saved})"
-            )
+            raise NotImplementedError(f"{self.name!r}: {self._path.name} cannot save its state ({self._why_not_saved})")
         fmu = self._running()
         handle = fmu.getFMUState()
         if self._why_not_serialised:
@@ -316,7 +304,7 @@ class FmuParticipant:
             fmu.setFMUState(state.handle)
             return
         if not isinstance(state, bytes):
-            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+            raise TypeError(f"{self.name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
         handle = fmu.deserializeFMUState(state)
         try:
             fmu.setFMUState(handle)
@@ -361,14 +349,14 @@ class FmuParticipant:
     def _running(self) -> FMU2Slave | FMU3Slave:
         if self._fmu is None:
             raise RuntimeError(
-                f"{self._name!r} is not running, allowed: between enter_initialization_mode and terminate"
+                f"{self.name!r} is not running, allowed: between enter_initialization_mode and terminate"
             )
         return self._fmu
 
     def _count(self, name: str) -> dict[str, int]:
         """Return the number of values of a variable as an argument, which only calls of FMI 3 need."""
         is_three = isinstance(self._fmu, FMU3Slave)
-        return {"nValues": int(np.prod(self._variables[name].shape))} if is_three else {}
+        return {"nValues": int(np.prod(self.variables[name].shape))} if is_three else {}
 
     def _kind(self, variable: ModelVariable) -> str:
         """Return the type that follows `get` and `set` in the names of FMI calls; an enumeration is read and written as an integer."""
@@ -389,12 +377,12 @@ class FmuParticipant:
         """Convert a value to numbers of the FMU's type; ValueError for values that the type cannot hold."""
         kind = self._kind(self._members[name][0])
         numbers: list[float] = value.ravel().tolist()
-        return numbers if kind in FLOATS else whole(f"{self._name!r}: {name!r}", kind, numbers)
+        return numbers if kind in FLOATS else whole(f"{self.name!r}: {name!r}", kind, numbers)
 
     def _checked_start_values(self, start_values: Mapping[str, npt.ArrayLike]) -> Mapping[str, npt.ArrayLike]:
-        allowed = [key for key, variable in self._variables.items() if variable.causality is not Causality.OUTPUT]
+        allowed = [key for key, variable in self.variables.items() if variable.causality is not Causality.OUTPUT]
         problems = [
-            f"{self._name!r} has no parameter or input {key!r}, allowed: {', '.join(allowed) or 'none'}"
+            f"{self.name!r} has no parameter or input {key!r}, allowed: {', '.join(allowed) or 'none'}"
             for key in start_values
             if key not in allowed
         ]

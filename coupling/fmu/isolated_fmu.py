@@ -25,7 +25,7 @@ import numpy.typing as npt
 from coupling.fmu.fmu_participant import Array, FmuParticipant
 from coupling.fmu.temporary_folder import temporary_folder
 from coupling.fmu.trial_process import STOPPING, is_own_process
-from coupling.participant import StepResult, Variable
+from coupling.participant import Participant, StepResult, Variable
 from recordings.files.own_programs import module_command, module_environment
 
 STEP_PATIENCE = 60.0  # s that one call may take: far above a step of any model, and short enough to be waited for
@@ -43,7 +43,7 @@ class _Held:
         self.number = number
 
 
-class IsolatedFmu:
+class IsolatedFmu(Participant):
     """A participant that runs one FMU in a process of its own, which is started when the run begins; else the same as `FmuParticipant`.
 
     Every call that reaches the FMU raises the ValueError, TypeError or NotImplementedError of `FmuParticipant`, and RuntimeError if the

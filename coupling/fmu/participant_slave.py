@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from coupling.master.stepper import EVENT_ROUNDS, PARTS_ALLOWED, TIME_TOLERANCE
-from coupling.participant import Causality, EventParticipant, Participant, Status, StepResult, Variable
+from coupling.participant import Causality, Participant, Status, StepResult, Variable
 from coupling.units import BASE, SYMBOLS, read_unit
 from recordings.files.checkpoint import state_from_bytes, state_to_bytes
 
@@ -105,9 +105,7 @@ class ParticipantSlave:
         return state_from_bytes(data)
 
     def _settle_events(self, time: float) -> None:
-        """Update the discrete states; RuntimeError if the participant cannot, or if they do not settle."""
-        if not isinstance(self.participant, EventParticipant):
-            raise RuntimeError(f"asks for event handling at {time:g} s, but has no update_discrete_states")
+        """Update the discrete states; RuntimeError if they do not settle."""
         for _ in range(EVENT_ROUNDS):
             if not self.participant.update_discrete_states():
                 return

@@ -21,19 +21,18 @@ from __future__ import annotations
 import importlib.util
 import itertools
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value, variable_table
 
 Array = npt.NDArray[np.float64]
 
 MODEL_FILE = "model.py"
-OWN = ("_name", "_variables", "memory")  # attributes of every model
+OWN = ("name", "variables", "memory")  # attributes of every model
 NUMERIC = "biufc"  # kinds of numbers in arrays
 PLAIN = (float, int, bool, str, type(None))
 REMEMBERED = "numbers, texts, None, arrays of numbers, and lists, tuples and dicts of them, each in one place"
@@ -72,11 +71,9 @@ def parameter(unit: str, start: float) -> Quantity:
     return Quantity(Causality.PARAMETER, unit, start)
 
 
-class ScalarModel:
-    """Base of a model; keeps the contract of `coupling.participant.Participant`."""
+class ScalarModel(Participant):
+    """Base of a model."""
 
-    _name: str
-    _variables: Mapping[str, Variable]
     memory: dict[str, float]
 
     def __init_subclass__(cls) -> None:
@@ -97,23 +94,13 @@ class ScalarModel:
             for name, member in vars(base).items()
             if isinstance(member, Quantity)
         }
-        model._name = cls.__name__
-        model._variables = variable_table(Variable(name, q.unit, (1,), q.causality) for name, q in declared.items())
+        model.name = cls.__name__
+        model.variables = variable_table(Variable(name, q.unit, (1,), q.causality) for name, q in declared.items())
         model.memory = {name: q.start for name, q in declared.items()}
         return model
 
     def __init__(self, name: str = "") -> None:
-        self._name = name or self._name
-
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Every variable by its name, in the order of declaration."""
-        return self._variables
+        self.name = name or self.name
 
     def check(self) -> None:
         """Refuse impossible parameters by ValueError; called once when the run begins."""
@@ -126,18 +113,15 @@ class ScalarModel:
         """Check the parameters, which are set by now."""
         self.check()
 
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: the outputs do not depend on inputs yet."""
-
     def get(self, name: str) -> Array:
         """Return a copy of a variable (1,) in its unit; ValueError for a name that is no variable."""
-        if name not in self._variables:
-            raise ValueError(f"{self._name!r} has no variable {name!r}, allowed: {', '.join(self._variables)}")
+        if name not in self.variables:
+            raise ValueError(f"{self.name!r} has no variable {name!r}, allowed: {', '.join(self.variables)}")
         return np.array([self.memory[name]])
 
     def set(self, name: str, value: Array) -> None:
         """Set an input or a parameter (1,) in its unit; ValueError for an output, an unknown name and another shape."""
-        self.memory[name] = float(checked_value(self._name, self._variables, name, value)[0])
+        self.memory[name] = float(checked_value(self.name, self.variables, name, value)[0])
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Make a step by `advance`."""
@@ -148,20 +132,17 @@ class ScalarModel:
         """Return the model's whole state by name; NotImplementedError for an attribute that cannot be saved, see the module."""
         seen: set[int] = set()
         others = {name: value for name, value in vars(self).items() if name not in OWN}
-        numbers = {name: _copied(f"{self._name!r}: attribute {name!r}", value, seen) for name, value in others.items()}
+        numbers = {name: _copied(f"{self.name!r}: attribute {name!r}", value, seen) for name, value in others.items()}
         return {"variables": dict(self.memory), "numbers": numbers}
 
     def restore_state(self, state: object) -> None:
         """Go back to a state that `save_state` returned, without attributes added since; TypeError for anything else."""
         if not isinstance(state, dict):
-            raise TypeError(f"{self._name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
+            raise TypeError(f"{self.name!r}: restore_state wants what save_state returned, not {type(state).__name__}")
         self.memory = dict(state["variables"])
         for name in vars(self).keys() - {*OWN}:
             del vars(self)[name]
         vars(self).update({name: _copied(name, value, set()) for name, value in state["numbers"].items()})
-
-    def terminate(self) -> None:
-        """Do nothing: a model holds no resources."""
 
 
 def _copied(what: str, value: Any, seen: set[int]) -> Any:

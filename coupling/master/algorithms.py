@@ -12,61 +12,38 @@ c the connections:
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol
 
 from coupling.master.connection import Link
 from coupling.master.stepper import Stepper
-from coupling.participant import Array
+from coupling.saved_fields import SavedFields
 
 Steppers = Mapping[str, Stepper]  # by the participants' names, in the order in which they were given
 
 
-class Algorithm(Protocol):
-    """The algorithm of one communication step.
+class Algorithm(SavedFields):
+    """The algorithm of one communication step; as it stands, it repeats no step and remembers nothing.
 
     1. `prepare` once, after initial values were exchanged, then `begin` with the results of the rollback test.
-    2. `step` for every communication step, or for its halves; `save` and `restore` between steps.
+    2. `step` for every communication step, or for its halves; `save_state` and `restore_state` between steps.
     """
 
     def prepare(self, steppers: Steppers, links: Sequence[Link]) -> Sequence[str]:
         """Return the names of participants whose steps may be repeated from a saved state; the master tests whether they can."""
+        return ()
 
     def begin(self, faults: Mapping[str, str]) -> Sequence[str]:
         """Begin the run; `faults` gives, by name, why some participants cannot be rolled back. Return messages for observers.
 
         Raises CoSimulationError for bodies that cannot be coupled.
         """
+        return ()
 
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
         """Transfer values along every link, and bring every participant from `begin` to `end` [s]."""
-
-    def save(self) -> dict[str, dict[str, Array]]:
-        """Return everything that is remembered from step to step, as arrays of any shape (N, ...), each in its own unit [-]."""
-
-    def restore(self, state: Mapping[str, Mapping[str, Array]]) -> None:
-        """Go back to a state that `save` returned."""
+        raise NotImplementedError
 
 
-class _Plain:
-    """An algorithm that repeats no step and remembers nothing."""
-
-    def prepare(self, steppers: Steppers, links: Sequence[Link]) -> Sequence[str]:
-        """Return no names; see `Algorithm.prepare`."""
-        return ()
-
-    def begin(self, faults: Mapping[str, str]) -> Sequence[str]:
-        """Return no messages; see `Algorithm.begin`."""
-        return ()
-
-    def save(self) -> dict[str, dict[str, Array]]:
-        """Return an empty state of no arrays (0,) [-]; see `Algorithm.save`."""
-        return {}
-
-    def restore(self, state: Mapping[str, Mapping[str, Array]]) -> None:
-        """Do nothing; see `Algorithm.restore`."""
-
-
-class GaussSeidel(_Plain):
+class GaussSeidel(Algorithm):
     """Participants step in the given order, each with the newest outputs of the others."""
 
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
@@ -76,7 +53,7 @@ class GaussSeidel(_Plain):
             stepper.advance(begin, end)
 
 
-class Jacobi(_Plain):
+class Jacobi(Algorithm):
     """All inputs are taken at the communication point, then all participants step."""
 
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:

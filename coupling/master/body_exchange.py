@@ -31,7 +31,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.errors import CoSimulationError
-from coupling.master.algorithms import Steppers, transfer
+from coupling.master.algorithms import Algorithm, Steppers, transfer
 from coupling.master.connection import Link
 from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
 from coupling.solids.added_mass import stability_number
@@ -89,13 +89,15 @@ class BodyInterface:
         require_scheme(f"scheme of body {self.body!r}", self.scheme)
 
 
-class BodyExchange:
+class BodyExchange(Algorithm):
     """The algorithm for bodies in a fluid: Gauss-Seidel, except that the fluid and its iterated bodies step together, repeatedly.
 
     `iteration` creates the iteration of a step from its first relaxation factor. Aitken's tolerates the noise of a fluid whose pressure
     solve stops at a tolerance; quasi-Newton needs fewer rounds for many bodies and a tighter tolerance. Raises ValueError for several
     fluids.
     """
+
+    STATE = ("_free", "_wrenches", "_probes")
 
     def __init__(
         self, interfaces: Sequence[BodyInterface], *, iteration: Callable[[float], Iteration] = Aitken
@@ -167,19 +169,6 @@ class BodyExchange:
             elif name == together[0]:
                 self._iterate(iterated, together, step)
         self._remember(answers)
-
-    def save(self) -> dict[str, dict[str, Array]]:
-        """Return what bodies showed in the last steps, as arrays (N, 6) [N, N m, m/s2, rad/s2]; see `Algorithm.save`."""
-        return {
-            "free_accelerations": dict(self._free),
-            "wrenches": dict(self._wrenches),
-            "probes": dict(self._probes),
-        }
-
-    def restore(self, state: Mapping[str, Mapping[str, Array]]) -> None:
-        """Go back to a state that `save` returned, arrays (N, 6) [N, N m, m/s2, rad/s2]; see `Algorithm.restore`."""
-        self._free, self._wrenches = dict(state["free_accelerations"]), dict(state["wrenches"])
-        self._probes = dict(state["probes"])
 
     def _coupled(self, scheme: Scheme) -> list[BodyInterface]:
         return [interface for body, interface in self._interfaces.items() if self._schemes[body] is scheme]

@@ -25,7 +25,7 @@ from coupling.master.initialization import exchange_initial_values
 from coupling.master.observer_dispatch import NOBODY, Audience, CommunicationPoint, Watching, tried
 from coupling.master.rollback_test import rollback_fault
 from coupling.master.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper
-from coupling.participant import Array, EvenStepParticipant, Participant
+from coupling.participant import Array, Participant
 from recordings.model.frame import Event, EventLevel
 
 FINEST = 1e-3  # of a step, that times must tell apart
@@ -83,8 +83,7 @@ class CoSimulation:
         by_name = {participant.name: participant for participant in participants}
         self._steppers = {name: Stepper(by_name[name], sub_rates.get(name, 1)) for name in by_name}
         for name, participant in by_name.items():
-            if isinstance(participant, EvenStepParticipant):
-                participant.expect_step(communication_step_size / sub_rates.get(name, 1))
+            participant.expect_step(communication_step_size / sub_rates.get(name, 1))
         self._links = tuple(link(connection, by_name) for connection in connections)
         self._step_size = communication_step_size
         self._start_time = start_time
@@ -158,8 +157,8 @@ class CoSimulation:
             "index": self._index,
             "participants": states,
             "outputs": outputs,
-            "algorithm": self._algorithm.save(),
-            "ledger": {} if self._ledger is None else self._ledger.save(),
+            "algorithm": self._algorithm.save_state(),
+            "ledger": {} if self._ledger is None else self._ledger.save_state(),
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
@@ -254,9 +253,9 @@ class CoSimulation:
                 )
         for name, stepper in self._steppers.items():
             stepper.restore(Snapshot(states[name], saved["outputs"][name]))
-        self._algorithm.restore(saved["algorithm"])
+        self._algorithm.restore_state(saved["algorithm"])
         if self._ledger is not None:
-            self._ledger.restore(saved["ledger"])
+            self._ledger.restore_state(saved["ledger"])
         self._index = int(saved["index"])
 
     def _begin_exchange(self) -> None:
@@ -280,7 +279,7 @@ class CoSimulation:
             self._exchange(begin, end)
             return
         snapshots = {name: stepper.save() for name, stepper in self._steppers.items()}
-        memory, accounts = self._algorithm.save(), {} if self._ledger is None else self._ledger.save()
+        memory, accounts = self._algorithm.save_state(), {} if self._ledger is None else self._ledger.save_state()
         try:
             self._exchange(begin, end)
         except Discarded as refusal:
@@ -289,9 +288,9 @@ class CoSimulation:
                 raise CoSimulationError(refusal.participant, begin, message) from refusal
             for name, stepper in self._steppers.items():
                 stepper.restore(snapshots[name])
-            self._algorithm.restore(memory)
+            self._algorithm.restore_state(memory)
             if self._ledger is not None:
-                self._ledger.restore(accounts)
+                self._ledger.restore_state(accounts)
             middle = 0.5 * (begin + end)
             self._cover(begin, middle, halvings + 1)
             self._cover(middle, end, halvings + 1)

@@ -14,7 +14,7 @@ moving the force by a particle; energy is summed over the run, and compared with
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +24,7 @@ import numpy.typing as npt
 from coupling.errors import CoSimulationError
 from coupling.master.algorithms import Algorithm, GaussSeidel, Steppers
 from coupling.master.observer_dispatch import CommunicationPoint
+from coupling.saved_fields import SavedFields
 
 Array = npt.NDArray[np.float64]
 
@@ -40,13 +41,15 @@ class BodyBond:
     solver: str
 
 
-class ExchangeLedger:
+class ExchangeLedger(SavedFields):
     """The accounts of all `bonds`; `length` is the particle spacing [m].
 
     `disturbed` returns the bodies that ran into something in the last step. Attributes are those of the last step: impulse [N s] and work
     [J] on the bodies, lost [N s], unexplained [J]; arrays have a row for each body, (B, 6). Raises CoSimulationError for an error
     beyond a limit.
     """
+
+    STATE = ("_unexplained", "_turnover", "_lost_sum", "_impulse_sum")
 
     def __init__(
         self,
@@ -106,16 +109,6 @@ class ExchangeLedger:
         self._turnover += np.abs(work)
         self._check_momentum(given, received, end)
         self._check_energy(np.linalg.norm(wrench[:, :3], axis=1), end, end - begin)
-
-    def save(self) -> dict[str, Array]:
-        """Return the accounts of the run."""
-        sums = np.array([self._lost_sum, self._impulse_sum])
-        return {"unexplained": self._unexplained.copy(), "turnover": self._turnover.copy(), "sums": sums}
-
-    def restore(self, state: Mapping[str, Array]) -> None:
-        """Go back to a state that `save` returned."""
-        self._unexplained, self._turnover = state["unexplained"].copy(), state["turnover"].copy()
-        self._lost_sum, self._impulse_sum = (float(value) for value in state["sums"])
 
     def _read(self, steppers: Steppers, side: str, what: str) -> Array:
         """Read an output (B, 6) of all bodies, from their `fluid` or their `solver`."""

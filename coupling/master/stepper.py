@@ -27,9 +27,7 @@ from coupling.master.connection import Connection
 from coupling.participant import (
     Array,
     Causality,
-    EventParticipant,
     Participant,
-    SharedParticipant,
     Status,
     StepResult,
 )
@@ -85,7 +83,6 @@ class Stepper:
         self.wants_end: str | None = None  # why, once the participant has asked for the run's end
         self.events: list[Event] = []  # those since the master took them
         self.passes_discards_on = False  # to the master, which takes back everybody's step
-        self._shared = participant if isinstance(participant, SharedParticipant) else None
         self._given = [v for v in participant.variables.values() if v.causality is Causality.OUTPUT]
         self._shapes = {variable.name: variable.shape for variable in self._given}
         self._means = [v for v in self._given if v.is_mean]
@@ -143,13 +140,12 @@ class Stepper:
 
     def observe(self, time: float) -> None:
         """Read a participant anew that others move between steps; CoSimulationError if it cannot be."""
-        if self._shared is None:
-            return
         try:
-            self._shared.observe()
+            is_changed = self.participant.observe()
         except Exception as cause:
             self.fail(time, reason(cause), cause)
-        self.read_outputs(time)
+        if is_changed:
+            self.read_outputs(time)
 
     def read_outputs(self, time: float) -> None:
         """Read every output of the participant; CoSimulationError for one that is not finite."""
@@ -254,8 +250,6 @@ class Stepper:
 
     def _settle_events(self, result: StepResult) -> None:
         time = result.last_successful_time
-        if not isinstance(self.participant, EventParticipant):
-            self.fail(time, "asks for event handling without update_discrete_states, allowed: a participant with both")
         for _ in range(EVENT_ROUNDS):
             try:
                 again = self.participant.update_discrete_states()

@@ -16,13 +16,13 @@ The client's owner may move bodies between steps. So the links are observed as e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.participants.step_size import same_step
 from coupling.pybullet_world.client_links import ClientLinks
 from coupling.pybullet_world.links import LinkKey
@@ -35,11 +35,12 @@ def link_name(key: LinkKey) -> str:
     return f"{key[0]}/{key[1]}"
 
 
-class ClientLinksParticipant:
+class ClientLinksParticipant(Participant):
     """Steps a client by the client's own time step; all bodies must be in `links` before it is created."""
 
+    STATE = ()
+
     def __init__(self, name: str, links: ClientLinks) -> None:
-        self._name = name
         self._links = links
         self._keys = {link_name(key): key for key in links.met}
         self._getters: dict[str, Callable[[], Array]] = {}
@@ -57,45 +58,33 @@ class ClientLinksParticipant:
             size = 6 * len(self._keys)
             declared.append(Variable("inverse_mass", "1/kg, 1/(kg m), 1/(kg m2)", (size, size), Causality.OUTPUT))
             self._getters["inverse_mass"] = links.inverse_mass
-        self._variables = variable_table(declared)
-
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Every variable by its name, as listed in the module."""
-        return self._variables
+        super().__init__(name, declared)
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Observe the client; `start_time` is not used, because pybullet keeps no time."""
         self._links.observed()
 
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: the outputs do not depend on inputs yet."""
-
-    def observe(self) -> None:
-        """Read the links again, because the client's owner may have changed them since the last step; see `SharedParticipant`."""
+    def observe(self) -> bool:
+        """Read the links again, because the client's owner may have changed them since the last step."""
         self._links.observed()
+        return True
 
     def get(self, name: str) -> Array:
         """Return a copy of an output, of the shape and unit in the module's list; ValueError for a name that is no output."""
         if name not in self._getters:
-            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._getters)}")
+            raise ValueError(f"{self.name!r} has no output {name!r}, allowed: {', '.join(self._getters)}")
         return self._getters[name]()
 
     def set(self, name: str, value: Array) -> None:
         """Set a link's wrench (6,) [N, N m], which then acts until it is set again."""
-        checked = checked_value(self._name, self._variables, name, value)
+        checked = checked_value(self.name, self.variables, name, value)
         self._links.set_wrench(self._keys[name.removesuffix(".wrench")], checked)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Make one step of the client; ValueError if the client's time step is not `step_size` [s]."""
         own = self._links.observed().duration
         if not same_step(step_size, own):
-            raise ValueError(f"{self._name!r}: step is {step_size} s, allowed: {own} s, the time step of the client")
+            raise ValueError(f"{self.name!r}: step is {step_size} s, allowed: {own} s, the time step of the client")
         self._links.advance()
         return StepResult(Status.OK, time + step_size)
 

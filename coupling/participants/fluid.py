@@ -10,11 +10,12 @@ answer of all coupled bodies, tied by joints, and replaces their own. Within the
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.participants.step_size import same_step
 from coupling.solids.added_mass import added_mass
 from oilsim import AdvanceReport, Fluid, FluidError
@@ -31,17 +32,18 @@ MOTION_VARIABLES = (
 OUTPUTS = ("wrench", "foreseen_twist")
 
 
-class FluidParticipant:
+class FluidParticipant(Participant):
     """Steps a `Fluid`; `boundaries` names the moving bodies it exchanges motion and wrench with, by their handles.
 
     own_step: where clock and threads of the fluid are somebody else's, the step [s] that it makes together with that one's bodies, to the
     last bit; None for a fluid that is the participant's own.
     """
 
+    STATE: ClassVar[tuple[str, ...]] = ("_fluid", "_inputs", "_outputs")
+
     def __init__(
         self, name: str, fluid: Fluid, boundaries: Mapping[str, int], *, own_step: float | None = None
     ) -> None:
-        self._name = name
         self._own_step = own_step
         self._fluid = fluid
         self._boundaries = dict(boundaries)
@@ -68,18 +70,8 @@ class FluidParticipant:
                 Variable(f"{body}.foreseen_twist", "m/s, rad/s", (6,), Causality.OUTPUT),
             )
         ]
-        self._variables = variable_table([*inputs, *outputs])
+        super().__init__(name, [*inputs, *outputs])
         self.report: AdvanceReport | None = None
-
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """The inputs and outputs of every coupled body; see the module."""
-        return self._variables
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Start the fluid's clock, unless it is somebody else's; boundaries that moved before have their last wrench."""
@@ -90,18 +82,15 @@ class FluidParticipant:
             if handle in moved:
                 self._take_outputs(body, handle)
 
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: no value depends on others yet."""
-
     def get(self, name: str) -> Array:
         """Return a copy of a body's wrench or foreseen twist (6,) [N, N m] or [m/s, rad/s]; ValueError for another name."""
         if name not in self._outputs:
-            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._outputs)}")
+            raise ValueError(f"{self.name!r} has no output {name!r}, allowed: {', '.join(self._outputs)}")
         return self._outputs[name].copy()
 
     def set(self, name: str, value: Array) -> None:
         """Set a body's motion, of the variable's shape (7,), (6,) or (6, 6) and unit [m, m/s]; the next step uses it."""
-        checked = checked_value(self._name, self._variables, name, value)
+        checked = checked_value(self.name, self.variables, name, value)
         if name == "inverse_mass":
             self._joint_inverse_mass = checked
         else:
@@ -140,7 +129,7 @@ class FluidParticipant:
             self._fluid.time = time
             return step_size
         if not same_step(step_size, self._own_step):
-            raise ValueError(f"{self._name!r}: step is {step_size} s, allowed: {self._own_step} s, that of its bodies")
+            raise ValueError(f"{self.name!r}: step is {step_size} s, allowed: {self._own_step} s, that of its bodies")
         return self._own_step
 
     def _take_outputs(self, body: str, handle: int) -> None:
@@ -160,23 +149,11 @@ class FluidParticipant:
         added = added_mass(boundary, config.particle_spacing, config.dimension, density)
         return np.asarray(turn @ added @ turn.T)
 
-    def save_state(self) -> object:
+    def save_state(self) -> Any:
         """Return the fluid's state with its last outputs and inputs; the common inverse mass is set anew for every step."""
-        return {
-            "fluid": self._fluid.save_state() | {"tied": None},
-            "inputs": {name: value.copy() for name, value in self._inputs.items()},
-            "outputs": {name: value.copy() for name, value in self._outputs.items()},
-        }
-
-    def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned; TypeError for anything else."""
-        if not isinstance(state, dict):
-            raise TypeError(
-                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
-            )
-        self._fluid.restore_state(state["fluid"])
-        self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
-        self._outputs = {name: value.copy() for name, value in state["outputs"].items()}
+        state = super().save_state()
+        state["fluid"]["tied"] = None
+        return state
 
     def terminate(self) -> None:
         """End the fluid's threads, unless they are somebody else's."""

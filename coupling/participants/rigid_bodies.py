@@ -9,14 +9,14 @@ takes a master ten microseconds a step, and a kilometre of boom has a thousand.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 
 __all__ = ["RigidBodyParticipant", "RigidBodyWorld"]
@@ -41,12 +41,14 @@ class Asked(NamedTuple):
     followed: Sequence[str] = ()
 
 
-class RigidBodyParticipant:
+class RigidBodyParticipant(Participant):
     """The participant that steps a `RigidBodyWorld`; bodies and joints are all added before.
 
     `coupled` has the names of the bodies with one common `inverse_mass` (6 n, 6 n), joints included. Without `answers` no body tells how it
     answers an impulse, which nobody asks for where there is no fluid. `asked`: what variables there are, all if None.
     """
+
+    STATE = ("_world",)
 
     def __init__(
         self,
@@ -57,7 +59,6 @@ class RigidBodyParticipant:
         answers: bool = True,
         asked: Asked | None = None,
     ) -> None:
-        self._name = name
         self._world = world
         self._getters: dict[str, Callable[[], Array]] = {}
         self._setters: dict[str, Callable[[Array], None]] = {}
@@ -89,34 +90,21 @@ class RigidBodyParticipant:
         if asked is not None and asked.followed:
             declared.append(Variable("poses", "m, 1", (len(asked.followed), 7), Causality.OUTPUT))
             self._getters["poses"] = partial(world.poses, tuple(asked.followed))
-        self._variables = variable_table(declared)
-
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """The inputs and outputs of every body, joint and line; see the module."""
-        return self._variables
+        super().__init__(name, declared)
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Begin the prescribed motions at `start_time` [s]."""
         self._world.move_to_time(start_time)
 
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: no value depends on others yet."""
-
     def get(self, name: str) -> Array:
         """Return a copy of an output, of the variable's shape (N,) or (6, 6) and unit [m, m/s, N]; ValueError for another name."""
         if name not in self._getters:
-            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._getters)}")
+            raise ValueError(f"{self.name!r} has no output {name!r}, allowed: {', '.join(self._getters)}")
         return self._getters[name]()
 
     def set(self, name: str, value: Array) -> None:
         """Set a wrench (6,) [N, N m] or a length (1,) [m], which acts until it is set again."""
-        checked = checked_value(self._name, self._variables, name, value)
+        checked = checked_value(self.name, self.variables, name, value)
         self._setters[name](checked)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
@@ -124,18 +112,6 @@ class RigidBodyParticipant:
         self._world.time = time
         self._world.advance(step_size)
         return StepResult(Status.OK, time + step_size)
-
-    def save_state(self) -> object:
-        """Return the state of the world; see `RigidBodyWorld.save_state`."""
-        return self._world.save_state()
-
-    def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned; TypeError for anything else."""
-        if not isinstance(state, dict):
-            raise TypeError(
-                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
-            )
-        self._world.restore_state(state)
 
     def terminate(self) -> None:
         """Close the client."""

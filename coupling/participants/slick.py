@@ -14,12 +14,12 @@ The slick does not act on the bodies.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
 from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_cause import CAUSES, LossRate, no_loss
@@ -96,7 +96,7 @@ class OilParticles(Protocol):
         """Go back to what `save_state` returned."""
 
 
-class SlickParticipant:
+class SlickParticipant(Participant):
     """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
 
     sea: what carries the slick; loss_rate: closures; beach: its waterline is an outline of the slick, and booms that seal do so on it.
@@ -104,6 +104,8 @@ class SlickParticipant:
     steps. Releases and recovery are calls of the slick, between steps. Raises ValueError for a boom that the slick does not have, or has
     with another number of segments.
     """
+
+    STATE = ("_slick", "sources", "_poses", "particles")
 
     def __init__(
         self,
@@ -118,7 +120,7 @@ class SlickParticipant:
     ) -> None:
         self.particles: OilParticles | None = None
         self.sources: list[SpillSource] = []
-        self._name, self._slick, self._loss_rate = name, slick, loss_rate
+        self._slick, self._loss_rate = slick, loss_rate
         self._flow, self._water, self._surface = sea
         self._booms, self._hulls, self._beach = tuple(booms), tuple(hulls), beach
         self._rows = {boom.name: slick.barriers.rows(boom.name) for boom in booms}
@@ -135,7 +137,7 @@ class SlickParticipant:
         self._outputs: dict[str, Array] = {}
         self._read_at = -1  # changes of the slick that the outputs know of
         inputs = [Variable("poses", "m, 1", (len(self.bodies), 7), Causality.INPUT)] if self.bodies else []
-        self._variables = variable_table([*inputs, *self._declared_outputs()])
+        super().__init__(name, [*inputs, *self._declared_outputs()])
         self._read()
 
     def _declared_outputs(self) -> list[Variable]:
@@ -149,16 +151,6 @@ class SlickParticipant:
             for quantity, unit in (BY_SEGMENT | IMMERSION).items()
         ]
         return [*(Variable(name, "m3", (), Causality.OUTPUT) for name in names), *by_segment]
-
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """The poses of all bodies, the account, and the state of every boom; see the module."""
-        return self._variables
 
     @property
     def slick(self) -> Slick:
@@ -189,15 +181,16 @@ class SlickParticipant:
     def exit_initialization_mode(self) -> None:
         """Put the barriers where their bodies are; ValueError if their poses have not been set."""
         if self.bodies and self._poses is None:
-            raise ValueError(f"{self._name!r}: the input 'poses' is not set, allowed: a connection to it")
+            raise ValueError(f"{self.name!r}: the input 'poses' is not set, allowed: a connection to it")
         self._move_barriers(self._start)
         self._slick.barriers.settle()
         self._read()
 
-    def observe(self) -> None:
+    def observe(self) -> bool:
         """Read the outputs again if oil has been released or recovered since the last step."""
         if self._read_at != self._slick.changes:
             self._read()
+        return True
 
     def _read(self) -> None:
         self._read_at = self._slick.changes
@@ -210,7 +203,7 @@ class SlickParticipant:
     def get(self, name: str) -> Array:
         """Return an output, of its variable's shape () or (S,), in its unit [m3, m, m/s]; ValueError for another name."""
         if name not in self._outputs:
-            raise ValueError(f"{self._name!r} has no output {name!r}, allowed: {', '.join(self._outputs)}")
+            raise ValueError(f"{self.name!r} has no output {name!r}, allowed: {', '.join(self._outputs)}")
         return self._outputs[name].copy()
 
     def _of_boom(self, rows: slice) -> Iterator[tuple[str, Array]]:
@@ -231,10 +224,10 @@ class SlickParticipant:
 
     def set(self, name: str, value: Array) -> None:
         """Set the poses (N, 7) [m, 1]; the next step uses them. ValueError for the quaternion 0."""
-        checked = checked_value(self._name, self._variables, name, value)
+        checked = checked_value(self.name, self.variables, name, value)
         for row in np.flatnonzero(~checked[:, 3:].any(axis=1)).tolist():
             raise ValueError(
-                f"{self._name!r}: the pose of {self.bodies[row]!r} has the quaternion 0, allowed: any other"
+                f"{self.name!r}: the pose of {self.bodies[row]!r} has the quaternion 0, allowed: any other"
             )
         self._poses = checked
 
@@ -280,27 +273,9 @@ class SlickParticipant:
         """Tell which feet (S, 3) [m] of a boom lie tight on the ground."""
         return self._beach is not None and boom.seals and feet[:, 2] - self._beach.height(feet[:, :2]) <= SEALING_GAP
 
-    def save_state(self) -> object:
-        """Return the state of slick and sources, and the last poses."""
-        return {
-            "slick": self._slick.save_state(),
-            "sources": [source.save_state() for source in self.sources],
-            "poses": None if self._poses is None else self._poses.copy(),
-            "particles": None if self.particles is None else self.particles.save_state(),
-        }
-
-    def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned; TypeError for anything else."""
-        if not isinstance(state, dict):
-            raise TypeError(
-                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
-            )
-        self._slick.restore_state(state["slick"])
-        for source, saved in zip(self.sources, state["sources"], strict=True):
-            source.restore_state(saved)
-        self._poses = None if state["poses"] is None else state["poses"].copy()
-        if self.particles is not None:
-            self.particles.restore_state(state["particles"])
+    def restore_state(self, state: Any) -> None:
+        """Go back to a state that `save_state` returned; errors are those of `SavedFields`."""
+        super().restore_state(state)
         self._read()
 
     def terminate(self) -> None:

@@ -27,6 +27,7 @@ from scipy.spatial.transform import Rotation
 from coupling.participant import Status, StepResult
 from coupling.participants.fluid import FluidParticipant
 from coupling.rigid.environment import Environment
+from coupling.saved_fields import SavedFields
 from coupling.solids.added_mass import added_mass
 from coupling.solids.signed_distance import SignedDistance
 from oilsim import BoundaryParticles, FluidError, block
@@ -71,12 +72,15 @@ class WindowBody:
     mesh: Trimesh
 
 
-class Shares:
+class Shares(SavedFields):
     """The shares (B,) of the particles in the loads of bodies, in the order of their `names`: `values` until `turn` [s], then `later`.
 
     What holds in a step is known when the step before ends, so the bodies' free accelerations at its start, the particles in it, and
     the formulas in it all have the same shares.
     """
+
+    STATE = ("values", "later", "turn")
+    LOOSE = ("turn",)
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self.names = names
@@ -93,14 +97,6 @@ class Shares:
     def announce(self, values: Array, turn: float) -> None:
         """Note the shares (B,) [1] of the step that begins at `turn` [s]."""
         self.later, self.turn = values, turn
-
-    def save_state(self) -> dict[str, object]:
-        """Return the shares now and later."""
-        return {"values": self.values.copy(), "later": self.later.copy(), "turn": self.turn}
-
-    def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to what `save_state` returned."""
-        self.values, self.later, self.turn = saved["values"].copy(), saved["later"].copy(), float(saved["turn"])
 
 
 class KnownShares(Protocol):
@@ -129,6 +125,8 @@ class SharedEnvironment:
 
 class WindowParticipant(FluidParticipant):
     """Steps a `Window` around `target`, which gives a place (2,) [m] by the poses (7,) [m, 1] of the bodies."""
+
+    STATE = (*FluidParticipant.STATE, "_handles", "_last", "_steady", "shares", "water_moved")
 
     def __init__(self, name: str, window: Window, bodies: Mapping[str, WindowBody], target: Target) -> None:
         super().__init__(name, window.fluid, dict.fromkeys(bodies, -1))
@@ -318,33 +316,14 @@ class WindowParticipant(FluidParticipant):
         added = added_mass(self._bodies[body].surface, config.particle_spacing, config.dimension, density)
         return np.asarray(turn @ added @ turn.T)
 
-    def save_state(self) -> object:
-        """Return the fluid's state, which bodies are in it, their last loads, outputs and inputs."""
-        state = super().save_state()
-        assert isinstance(state, dict)
-        own = {
-            "handles": dict(self._handles),
-            "last": self._last.copy(),
-            "steady": self._steady.copy(),
-            "shares": self.shares.save_state(),
-        }
-        return state | own | {"water_moved": dict(self.water_moved)}
-
-    def restore_state(self, state: object) -> None:
+    def restore_state(self, state: Any) -> None:
         """Go back to a state that `save_state` returned, with the bodies that were in the window then; TypeError for anything else."""
-        if not isinstance(state, dict):
-            raise TypeError(
-                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
-            )
-        for handle in self._handles.values():
-            self._fluid.remove_boundary(handle)
-        self._handles = dict(state["handles"])
-        for name, handle in self._handles.items():
-            self._fluid.add_boundary(self._bodies[name].surface, handle)
+        if isinstance(state, Mapping):
+            for handle in self._handles.values():
+                self._fluid.remove_boundary(handle)
+            for name, handle in state["handles"].items():
+                self._fluid.add_boundary(self._bodies[name].surface, handle)
         super().restore_state(state)
-        self._last, self._steady = state["last"].copy(), state["steady"].copy()
-        self.shares.restore_state(state["shares"])
-        self.water_moved = dict(state["water_moved"])
 
 
 def _is_near(mesh: Trimesh, points: Array, clearance: float) -> npt.NDArray[np.bool_]:

@@ -36,6 +36,8 @@ class JointShares:
 class WindowsParticipant(FluidParticipant):
     """Steps several windows, which have variables of the same bodies, one after the other."""
 
+    STATE = ("_windows", "_steady", "_inputs", "_outputs")
+
     def __init__(self, name: str, windows: Mapping[str, WindowParticipant]) -> None:
         """Take the windows by the names that messages use; ValueError for windows that know different bodies."""
         self._windows = dict(windows)
@@ -93,27 +95,6 @@ class WindowsParticipant(FluidParticipant):
         first = next(iter(self._windows.values()))
         first.take(self._inputs, self._joint_inverse_mass)
         return first.added_mass(body)
-
-    def save_state(self) -> object:
-        """Return the states of the windows, their smoothed loads, and the last outputs and inputs."""
-        return {
-            "windows": [one.save_state() for one in self._windows.values()],
-            "steady": self._steady.copy(),
-            "inputs": {name: value.copy() for name, value in self._inputs.items()},
-            "outputs": {name: value.copy() for name, value in self._outputs.items()},
-        }
-
-    def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned; TypeError for anything else."""
-        if not isinstance(state, dict):
-            raise TypeError(
-                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
-            )
-        for one, saved in zip(self._windows.values(), state["windows"], strict=True):
-            one.restore_state(saved)
-        self._steady = state["steady"].copy()
-        self._inputs = {name: value.copy() for name, value in state["inputs"].items()}
-        self._outputs = {name: value.copy() for name, value in state["outputs"].items()}
 
     def terminate(self) -> None:
         """End the threads of all windows."""

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from coupling.pybullet_import import pybullet
 from coupling.pybullet_world.links import LinkedBody, LinkKey, LinkSystem, read_links, read_loads
 from coupling.rigid.rigid_state import steady
+from coupling.saved_fields import SavedFields
 
 Array = npt.NDArray[np.float64]
 
@@ -54,8 +55,10 @@ class _Residual:
     twist: Array
 
 
-class ClientLinks:
+class ClientLinks(SavedFields):
     """All links of the bodies added; those named as they are added meet the fluid."""
+
+    STATE = ("_bodies", "_wrenches")
 
     def __init__(self, client: int) -> None:
         self.client = client
@@ -151,8 +154,7 @@ class ClientLinks:
 
     def save_state(self) -> dict[str, Any]:
         """Return everything that was learnt of the bodies, and the wrenches on them; the client saves their motion."""
-        learnt = {body: linked.save_state() for body, linked in self._bodies.items()}
-        return {"bodies": learnt, "residuals": dict(self._residuals), "wrenches": dict(self._wrenches)}
+        return super().save_state() | {"residuals": dict(self._residuals)}
 
     def require_same_bodies(self, saved: Mapping[str, Any]) -> None:
         """Refuse what `save_state` returned of other bodies; ValueError."""
@@ -162,12 +164,11 @@ class ClientLinks:
                 f"{', '.join(map(str, self._bodies)) or 'none'}, which meet the fluid"
             )
 
-    def restore_state(self, saved: Mapping[str, Any]) -> None:
+    def restore_state(self, state: Any) -> None:
         """Go back to what `save_state` returned; ValueError for other bodies."""
-        self.require_same_bodies(saved)
-        for body, state in saved["bodies"].items():
-            self._bodies[body].restore_state(state)
-        self._residuals, self._wrenches = dict(saved["residuals"]), dict(saved["wrenches"])
+        self.require_same_bodies(state)
+        super().restore_state(state)
+        self._residuals = dict(state["residuals"])
         self._observed = None
 
     def _settings(self) -> tuple[float, Array]:

@@ -11,9 +11,8 @@ everything is read from it anew at each step. What motors and constraints gave i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +22,7 @@ from coupling.pybullet_import import pybullet
 from coupling.pybullet_world.joint_tree import ArticulatedTree, TreeLink, no_axes
 from coupling.pybullet_world.shape_trial import require_askable
 from coupling.rigid.joint_constraints import Articulation, Joints, PointJoint
+from coupling.saved_fields import SavedFields
 
 Array = npt.NDArray[np.float64]
 LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
@@ -59,8 +59,11 @@ class LinkSystem:
     is_free: npt.NDArray[np.bool_]
 
 
-class LinkedBody:
+class LinkedBody(SavedFields):
     """One body of a client; ValueError if it has been removed there, if another one has its unique id, or if it cannot be read."""
+
+    STATE = LEARNT
+    LOOSE = LEARNT
 
     def __init__(self, client: int, body: int) -> None:
         _require_body(client, body)
@@ -82,15 +85,6 @@ class LinkedBody:
         self._spent: set[tuple[int, float]] = set()  # constraints that once gave all, and how much that was [N, N m]
         self._coordinates: list[tuple[float, ...]] = []  # of the joints at the last reading
         self._loose: list[TreeLink] = []  # at the last reading, as if no motor held a joint
-
-    def save_state(self) -> dict[str, Any]:
-        """Return everything that has been learnt of motors and constraints."""
-        return {name: getattr(self, name).copy() for name in LEARNT}
-
-    def restore_state(self, state: Mapping[str, Any]) -> None:
-        """Go back to a state that `save_state` returned."""
-        for name in LEARNT:
-            setattr(self, name, state[name].copy())
 
     @property
     def keys(self) -> list[LinkKey]:

@@ -17,7 +17,6 @@ b the same with k tau for k, and w_lm the speed at which line l grows by unit im
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -27,6 +26,7 @@ from numba import njit
 
 from coupling.rigid.moorings.mooring_leg import MooringLeg
 from coupling.rigid.rotations import applied, places_of
+from coupling.saved_fields import SavedFields
 from oilsim.backend.wrenches import add_force_at
 
 Array = npt.NDArray[np.float64]
@@ -35,7 +35,7 @@ STABLE = 2.0  # used instead of the limit 4, because joints and water around the
 
 
 @dataclass(eq=False)
-class ElasticLine:
+class ElasticLine(SavedFields):
     """One elastic line.
 
     rows: of the two bodies; the second is -1 for the world. points: (2, 3) [m] of its ends, along each body's axes from its centre of mass
@@ -43,6 +43,8 @@ class ElasticLine:
     next advance; laid_length [m]: at the start; tension [N]: mean over the last advance; breaking_load [N]: tension beyond which it parts.
     Raises ValueError for values that are not above 0.
     """
+
+    STATE = ("length", "ordered_length", "tension", "parted", "made_fast")
 
     rows: tuple[int, int]
     points: Array
@@ -101,17 +103,6 @@ class ElasticLine:
         """Take the unstretched length [m]."""
         self.length = length
 
-    def save_state(self) -> dict[str, Any]:
-        """Return lengths, tension, and whether the line parted, as plain data."""
-        loose = ("made_fast",) if self.loosened else ()
-        return {name: getattr(self, name) for name in ("length", "ordered_length", "tension", "parted", *loose)}
-
-    def restore_state(self, state: Mapping[str, Any]) -> None:
-        """Go back to a state that `save_state` returned."""
-        self.length, self.ordered_length = float(state["length"]), float(state["ordered_length"])
-        self.tension, self.parted = float(state["tension"]), bool(state["parted"])
-        self.made_fast = bool(state.get("made_fast", True))
-
 
 Line = ElasticLine | MooringLeg
 
@@ -138,8 +129,10 @@ class _Pulls(NamedTuple):
         return rates == self.rates and np.array_equal(pose, self.pose) and np.array_equal(twist, self.twist)
 
 
-class Lines:
+class Lines(SavedFields):
     """The lines of one world by name, and their forces over an advance."""
+
+    STATE = ("_lines", "_payout_rate")
 
     def __init__(self) -> None:
         self._lines: dict[str, Line] = {}
@@ -267,19 +260,10 @@ class Lines:
         self._known = None
         return self._impulse / duration
 
-    def save_state(self) -> dict[str, Any]:
-        """Return the state of each line and the rate at which it is paid out, by name."""
-        return {
-            name: line.save_state() | {"payout_rate": self._payout_rate.get(name, 0.0)}
-            for name, line in self._lines.items()
-        }
-
-    def restore_state(self, state: Mapping[str, Any]) -> None:
+    def restore_state(self, state: Any) -> None:
         """Go back to a state that `save_state` returned."""
+        super().restore_state(state)
         self._known = None
-        for name, saved in state.items():
-            self._lines[name].restore_state(saved)
-            self._payout_rate[name] = float(saved["payout_rate"])
 
 
 def _largest(compliance: Array, stiffness: Array) -> float:

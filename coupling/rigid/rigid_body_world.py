@@ -374,7 +374,7 @@ class RigidBodyWorld(Rigging):
             "bullet": self._client.save(),
             "time": self.time,
             "last_duration": self._last_duration,
-            "arrays": self._state.save(),
+            "arrays": self._state.save_state(),
             "tensions": dict(self._tensions),
             "lines": self.lines.save_state(),
         }
@@ -391,9 +391,9 @@ class RigidBodyWorld(Rigging):
             raise ValueError(f"rigid bodies: state has joints {sorted(tensions)}, allowed: {sorted(self._joints)}")
         self._client.restore(content)
         self._engine.is_behind = False
-        self._state.restore(arrays)
+        self._state.restore_state(arrays)
         self._tensions = dict(tensions)
-        self.lines.restore_state(state["lines"])  # type: ignore[arg-type]
+        self.lines.restore_state(state["lines"])
         self._answer.moved()
         self.time = float(time)  # type: ignore[arg-type]
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]

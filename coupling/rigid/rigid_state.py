@@ -5,8 +5,6 @@ Frames and reference points as in `coupling.participant`: centre of mass, world 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import numpy.typing as npt
 from numba import njit
@@ -15,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from coupling.bodies import MassProperties
 from coupling.rigid.prescribed_motion import Motion
 from coupling.rigid.rotations import applied, cross, in_world
+from coupling.saved_fields import SavedFields
 
 Array = npt.NDArray[np.float64]
 
@@ -23,7 +22,7 @@ MOVING = ("pose", "twist", "wrench", "applied_wrench", "line_wrench", "reaction"
 SEA = ("sea_wrench", "sea_load")  # of the environment; computed anew wherever a state is restored
 
 
-class RigidBodyState:
+class RigidBodyState(SavedFields):
     """The rows of bodies.
 
     Attributes:
@@ -39,6 +38,9 @@ class RigidBodyState:
         sea_load: (B, 6) of the environment at the present instant, before the bodies answer it [N, N m].
         resistance: (B, 6, 6) what the environment adds to the mass matrices, A + h D of `environment`; None without an environment.
     """
+
+    name = "rigid bodies"
+    STATE = MOVING
 
     def __init__(self) -> None:
         self.pose = np.zeros((0, 7))
@@ -78,23 +80,6 @@ class RigidBodyState:
         self._ease[row] = 0.0 if held else 1.0 / self.mass[row]
         self.own_inverse_inertia[row] = 0.0 if held else np.linalg.inv(self.inertia[row])
         self._kept = None
-
-    def save(self) -> dict[str, Array]:
-        """Return a copy of each array that changes in a step, by the names in `MOVING`."""
-        return {key: getattr(self, key).copy() for key in MOVING}
-
-    def restore(self, saved: Mapping[str, Array]) -> None:
-        """Restore the arrays that `save` returned; ValueError for other names, shapes or types, and for numbers that are not finite."""
-        if set(saved) != set(MOVING):
-            raise ValueError(f"rigid bodies: state has {sorted(saved)}, allowed: {sorted(MOVING)}")
-        for key, value in saved.items():
-            shape = getattr(self, key).shape
-            if not (isinstance(value, np.ndarray) and value.dtype == np.float64 and value.shape == shape):
-                raise ValueError(f"rigid bodies: state has {key} of shape {np.shape(value)}, allowed: {shape}")
-            if not np.isfinite(value).all():
-                raise ValueError(f"rigid bodies: state has {key} that is not finite, allowed: finite numbers")
-        for key, value in saved.items():
-            setattr(self, key, value.copy())
 
     def _at_pose(self) -> tuple[Array, Array]:
         """Return `world_inertia` and `inverse_inertia`, which are kept until a body moves."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from types import MappingProxyType
 
 from coupling.observer import Observer
-from coupling.participant import Array, Participant, Status, StepResult, Variable
+from coupling.participant import Participant, Status, StepResult
 from coupling.rigid.rigid_body_world import RigidBodyWorld
 from coupling.testkit.faults import Fault, FaultyObserver, FaultyParticipant, require_fault
 from oilsim.fluid.checks import finite
@@ -16,33 +15,19 @@ from oilsim.fluid.checks import finite
 ON_PURPOSE = "fault on purpose"  # how the text of a planned fault's event begins
 
 
-class FaultClock:
+class FaultClock(Participant):
     """A participant that tells the run's log of every fault in the step that contains it, and lets lines part.
 
     name: "faults". words: the text of each fault's event, with its time [s]. partings: calls that let a line or a joint part, by time [s].
     """
 
-    name = "faults"
-    variables: Mapping[str, Variable] = MappingProxyType({})
+    STATE = ()
 
     def __init__(
         self, words: Sequence[tuple[float, str]], partings: Sequence[tuple[float, Callable[[], None]]]
     ) -> None:
+        super().__init__("faults")
         self._words, self._partings = sorted(words), partings
-
-    def enter_initialization_mode(self, start_time: float) -> None:
-        """Do nothing: there is nothing to prepare."""
-
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: there is nothing to finish."""
-
-    def get(self, name: str) -> Array:
-        """Raise ValueError: there are no variables, of any shape (N,) or unit [-]."""
-        raise ValueError(f"{self.name!r} has no variable {name!r}, allowed: none")
-
-    def set(self, name: str, value: Array) -> None:
-        """Raise ValueError: there are no variables, of any shape (N,) or unit [-]."""
-        raise ValueError(f"{self.name!r} has no variable {name!r}, allowed: none")
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Let lines part when it is time, and say what fails in this step."""
@@ -53,10 +38,6 @@ class FaultClock:
         told = "; ".join(words for at_time, words in self._words if time <= at_time < end)
         return StepResult(Status.OK, end, told, event_handling_needed=bool(told), level="warning")
 
-    def update_discrete_states(self) -> bool:
-        """Tell that all is settled: the event is for the log."""
-        return False
-
     def save_state(self) -> object:
         """Return nothing, which is all that is needed; NotImplementedError where a line parts, since it cannot be mended."""
         if self._partings:
@@ -66,9 +47,6 @@ class FaultClock:
     def restore_state(self, state: object) -> None:
         """Go back to any state; NotImplementedError as `save_state` does."""
         self.save_state()
-
-    def terminate(self) -> None:
-        """Leave the world as it is."""
 
 
 @dataclass

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time as wall_clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from enum import Enum
 
 import numpy as np
@@ -13,13 +13,9 @@ import numpy as np
 from coupling.participant import (
     Array,
     Causality,
-    EvenStepParticipant,
-    EventParticipant,
     Participant,
-    SharedParticipant,
     Status,
     StepResult,
-    Variable,
 )
 from oilsim.fluid.checks import finite
 from recordings.files.errors import RecordingError
@@ -53,12 +49,14 @@ class Fault(Enum):
 OBSERVERS_FAULTS = (Fault.EXCEPTION, Fault.HANG)
 
 
-class FaultyParticipant:
+class FaultyParticipant(Participant):
     """Wraps a participant and has a fault in the step that contains `at_time` [s]; all other calls go to that participant.
 
     Raises TypeError for a fault that is no `Fault`, and ValueError for a time that is no finite number, and for a crash of a participant
     that has no process of its own.
     """
+
+    STATE = ("_participant", "_factor")
 
     def __init__(self, participant: Participant, fault: Fault, *, at_time: float) -> None:
         require_fault(fault, at_time, tuple(Fault))
@@ -66,31 +64,20 @@ class FaultyParticipant:
             raise ValueError(
                 f"fault of {participant.name!r} is {fault}, allowed: for an FMU in a process of its own, an IsolatedFmu"
             )
+        self.name, self.variables = participant.name, participant.variables
         self._participant = participant
         self._fault = fault
         self._at_time = at_time
         self._factor = 1.0
         self._full_step: float | None = None
 
-    @property
-    def name(self) -> str:
-        """Name of the wrapped participant."""
-        return self._participant.name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Variables of the wrapped participant."""
-        return self._participant.variables
-
     def expect_step(self, step_size: float) -> None:
-        """Pass the call on if the wrapped participant takes it; step_size [s]."""
-        if isinstance(self._participant, EvenStepParticipant):
-            self._participant.expect_step(step_size)
+        """Pass the call on to the wrapped participant; step_size [s]."""
+        self._participant.expect_step(step_size)
 
-    def observe(self) -> None:
-        """Pass the call on if the wrapped participant takes it."""
-        if isinstance(self._participant, SharedParticipant):
-            self._participant.observe()
+    def observe(self) -> bool:
+        """Pass the call on to the wrapped participant."""
+        return self._participant.observe()
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Pass the call on to the wrapped participant."""
@@ -144,22 +131,8 @@ class FaultyParticipant:
             wall_clock.sleep(STALL)
 
     def update_discrete_states(self) -> bool:
-        """Pass the call on to the wrapped participant; AttributeError if that has no events."""
-        events: EventParticipant = self._participant  # type: ignore[assignment]
-        return events.update_discrete_states()
-
-    def save_state(self) -> object:
-        """Return the state of the wrapped participant, and the factor of its outputs."""
-        return {"own": self._participant.save_state(), "factor": self._factor}
-
-    def restore_state(self, state: object) -> None:
-        """Restore the state of the wrapped participant, and the factor; TypeError for another object."""
-        if not isinstance(state, dict):
-            raise TypeError(
-                f"{self.name!r}: restore_state got another object, allowed: a state that save_state returned"
-            )
-        self._participant.restore_state(state["own"])
-        self._factor = float(state["factor"])
+        """Pass the call on to the wrapped participant."""
+        return self._participant.update_discrete_states()
 
     def terminate(self) -> None:
         """Terminate the wrapped participant."""

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from coupling.errors import CoSimulationError
 from coupling.fmu.export import FmuContent
 from coupling.master.co_simulation import CoSimulation
-from coupling.participant import Status, StepResult, Variable, checked_value
+from coupling.participant import Participant, Status, StepResult, checked_value
 from scenarios.load import files_replaced, scenario_from
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
@@ -38,14 +38,15 @@ SCENARIO_FILE = "scenario.json"
 WHOLE = 1e-6  # of a communication step that a master's step may be off a whole number of them
 
 
-class ExerciseParticipant:
+class ExerciseParticipant(Participant):
     """The run of `scenario` as a `coupling.participant.Participant`; signals have the shape (1,) and SI units [-]. It is built on start."""
 
+    STATE = ()
+
     def __init__(self, name: str, scenario: Scenario) -> None:
-        self._name = name
         self._scenario = scenario
         self._signals = exercise_signals(scenario)
-        self._variables = signal_variables(self._signals)
+        super().__init__(name, signal_variables(self._signals).values())
         self._given: dict[str, Array] = {}  # before the run
         self._is_begun = False
         self._start_time = 0.0
@@ -53,20 +54,10 @@ class ExerciseParticipant:
         self._board: SignalBoard | None = None
         self._simulation: CoSimulation | None = None
 
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """The inputs and outputs of the exercise, by name; see the module."""
-        return self._variables
-
     def enter_initialization_mode(self, start_time: float) -> None:
         """Build the run, and apply the inputs that are already set; its own time is 0 when the first step begins."""
         self._assembly = build(self._scenario)
-        self._board = SignalBoard(self._name, self._signals, self._assembly.parts)
+        self._board = SignalBoard(self.name, self._signals, self._assembly.parts)
         for name, value in self._given.items():
             self._board.set(name, value)
         self._simulation = self._assembly.co_simulation()
@@ -83,7 +74,7 @@ class ExerciseParticipant:
             return self._board.get(name)
         signal = self._signals.get(name)
         if signal is None or not signal.is_input:
-            raise ValueError(f"{self._name!r} has no value of {name!r} yet, allowed: after initialization")
+            raise ValueError(f"{self.name!r} has no value of {name!r} yet, allowed: after initialization")
         return self._given.get(name, np.array([signal.start])).copy()
 
     def set(self, name: str, value: Array) -> None:
@@ -91,7 +82,7 @@ class ExerciseParticipant:
         if self._board is not None:
             self._board.set(name, value)
         if not self._is_begun:
-            self._given[name] = checked_value(self._name, self._variables, name, value)
+            self._given[name] = checked_value(self.name, self.variables, name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Take a whole number of communication steps; the status is ERROR for another step size, and if the run fails."""
@@ -127,7 +118,7 @@ class ExerciseParticipant:
         simulation = self._running()
         assert self._assembly is not None
         if self._assembly.why_not_kept:
-            raise NotImplementedError(f"{self._name!r}: {self._assembly.why_not_kept}")
+            raise NotImplementedError(f"{self.name!r}: {self._assembly.why_not_kept}")
         return {
             "start_time": self._start_time,
             "simulation": simulation.save_state(),
@@ -140,7 +131,7 @@ class ExerciseParticipant:
         """Go back to a state that `save_state` returned; TypeError for anything else."""
         if not isinstance(state, dict):
             raise TypeError(
-                f"{self._name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
+                f"{self.name!r}: restore_state got a {type(state).__name__}, allowed: a state that save_state returned"
             )
         if "given" in state or not self._is_begun or self._has_parted_since(state):
             self._begin_anew(state)
@@ -177,7 +168,7 @@ class ExerciseParticipant:
 
     def _running(self) -> CoSimulation:
         if self._simulation is None:
-            raise RuntimeError(f"{self._name!r} is not running, allowed: between initialization and terminate")
+            raise RuntimeError(f"{self.name!r} is not running, allowed: between initialization and terminate")
         return self._simulation
 
     def _inputs(self) -> SignalBoard:

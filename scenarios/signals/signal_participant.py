@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.participant import Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value, variable_table
 from scenarios.signals.signal_table import RunParts, Signal
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ def signal_variables(signals: Mapping[str, Signal]) -> dict[str, Variable]:
     )
 
 
-class SignalBoard:
+class SignalBoard(Participant):
     """Reads outputs from the parts of a run as they are and puts inputs into effect at once; keeps the contract of a participant.
 
     A run has two: `ORDER_BOARD` takes what FMUs drive, before the parts step; `READING_BOARD` gives what feeds them, after.
@@ -36,34 +36,19 @@ class SignalBoard:
     An input that is never set leaves the run to the scenario; one that has been set rules from then on.
     """
 
+    STATE = ()
+
     def __init__(self, name: str, signals: Mapping[str, Signal], parts: RunParts) -> None:
-        self._name = name
+        super().__init__(name, signal_variables(signals).values())
         self._signals = dict(signals)
         self._parts = parts
-        self._variables = signal_variables(signals)
-        self._values = {name: signal.start for name, signal in signals.items() if signal.is_input}
+        self._orders = {name: signal.start for name, signal in signals.items() if signal.is_input}
         self._given: set[str] = set()
-
-    @property
-    def name(self) -> str:
-        """Name of the participant."""
-        return self._name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """Every signal by its name."""
-        return self._variables
-
-    def enter_initialization_mode(self, start_time: float) -> None:
-        """Do nothing: there is nothing to prepare."""
-
-    def exit_initialization_mode(self) -> None:
-        """Do nothing: no value depends on others yet."""
 
     def get(self, name: str) -> Array:
         """Return a signal (1,) in its unit, for an input the value last set; ValueError for an output that is not known."""
-        if name in self._values:
-            return np.array([self._values[name]])
+        if name in self._orders:
+            return np.array([self._orders[name]])
         signal = self._signals.get(name)
         if signal is None or signal.read is None:
             raise ValueError(f"the run has no signal {name!r}, allowed: {', '.join(self._signals)}")
@@ -71,7 +56,7 @@ class SignalBoard:
 
     def set(self, name: str, value: Array) -> None:
         """Set an input (1,) in its unit; ValueError for a number beyond the limits of its key in a scenario file."""
-        self._values[name] = float(checked_value(self._name, self._variables, name, value)[0])
+        self._orders[name] = float(checked_value(self.name, self.variables, name, value)[0])
         self._given.add(name)
         self._put_into_effect(name)
 
@@ -87,21 +72,18 @@ class SignalBoard:
 
     def save_state(self) -> object:
         """Return the values of the inputs, and which have been set."""
-        return {"values": dict(self._values), "given": sorted(self._given)}
+        return {"values": dict(self._orders), "given": sorted(self._given)}
 
     def restore_state(self, state: object) -> None:
         """Go back to a state that `save_state` returned, with its wind and current; ValueError for a number beyond its limits."""
         saved = cast(dict[str, dict[str, float]], state)
         values = {
-            name: checked_value(self._name, self._variables, name, [saved["values"][name]]) for name in self._values
+            name: checked_value(self.name, self.variables, name, [saved["values"][name]]) for name in self._orders
         }
-        self._values, self._given = {name: float(value[0]) for name, value in values.items()}, set(saved["given"])
+        self._orders, self._given = {name: float(value[0]) for name, value in values.items()}, set(saved["given"])
         self.renew()
-
-    def terminate(self) -> None:
-        """Do nothing: the board holds no resources."""
 
     def _put_into_effect(self, name: str) -> None:
         write = self._signals[name].write
         assert write is not None
-        write(self._parts, self._values)
+        write(self._parts, self._orders)

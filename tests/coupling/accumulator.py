@@ -6,25 +6,35 @@ from collections.abc import Callable
 
 import numpy as np
 
-from coupling.participant import Array, Causality, Status, StepResult, Variable, checked_value, variable_table
+from coupling.participant import (
+    Array,
+    Causality,
+    Participant,
+    Status,
+    StepResult,
+    Variable,
+    checked_value,
+)
 
 
-class Accumulator:
+class Accumulator(Participant):
     """dy/dt = u, exactly, for an input held over the step; writes every call it gets into a shared log.
 
     Output `mean` is y's mean over the step. `on_step` may answer a step in its place.
     """
 
+    STATE = ("output", "mean")
+
     def __init__(self, name: str, log: list[tuple[object, ...]], shape: tuple[int, ...] = (), unit: str = "m") -> None:
-        self.name = name
-        self.log = log
-        self.variables = variable_table(
+        super().__init__(
+            name,
             [
                 Variable("u", unit, shape, Causality.INPUT),
                 Variable("y", unit, shape, Causality.OUTPUT),
                 Variable("mean", unit, shape, Causality.OUTPUT, is_mean=True),
-            ]
+            ],
         )
+        self.log = log
         self.input = np.zeros(shape)
         self.output = np.ones(shape)
         self.mean = np.ones(shape)
@@ -51,12 +61,6 @@ class Accumulator:
         self.mean = self.output + 0.5 * done * self.input
         self.output = self.output + done * self.input
         return result or StepResult(Status.OK, time + step_size)
-
-    def save_state(self) -> object:
-        return self.output, self.mean
-
-    def restore_state(self, state: object) -> None:
-        self.output, self.mean = state  # type: ignore[misc]
 
     def terminate(self) -> None:
         self.log.append((self.name, "terminate"))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pybullet
 import pytest
@@ -11,7 +9,7 @@ import pytest
 from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
-from coupling.participant import Causality, SharedParticipant, Status, StepResult, Variable, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable
 from coupling.participants.client_links import ClientLinksParticipant, link_name
 from coupling.participants.fluid import FluidParticipant
 from coupling.plugin import attach_fluid
@@ -41,23 +39,18 @@ def participant(client: int, *bodies: int) -> ClientLinksParticipant:
     return ClientLinksParticipant("bodies", links)
 
 
-class Recorder:
+class Recorder(Participant):
     """Takes a twist, gives a wrench of 1 N along x, and writes down every twist that it steps with."""
 
-    name = "recorder"
-
     def __init__(self) -> None:
-        self.variables: Mapping[str, Variable] = variable_table(
+        super().__init__(
+            "recorder",
             [
                 Variable("twist", "m/s, rad/s", (6,), Causality.INPUT),
                 Variable("wrench", "N, N m", (6,), Causality.OUTPUT),
-            ]
+            ],
         )
         self.twist, self.seen = np.zeros(6), []
-
-    def enter_initialization_mode(self, start_time: float) -> None: ...
-
-    def exit_initialization_mode(self) -> None: ...
 
     def get(self, name: str) -> np.ndarray:
         return np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -75,8 +68,6 @@ class Recorder:
     def restore_state(self, state: object) -> None:
         raise NotImplementedError("it has none")
 
-    def terminate(self) -> None: ...
-
 
 def coupled(client: int, body: int, step: float = STEP) -> tuple[CoSimulation, Recorder]:
     recorder, link = Recorder(), link_name((body, -1))
@@ -93,7 +84,7 @@ def test_links_tell_where_they_are_and_how_they_answer(pybullet_client: int) -> 
     body = cube(pybullet_client)
     pybullet.resetBaseVelocity(body, (0.1, 0.2, 0.3), (0.0, 0.0, 0.4), physicsClientId=pybullet_client)
     bodies, link = participant(pybullet_client, body), link_name((body, -1))
-    assert isinstance(bodies, SharedParticipant)
+    assert bodies.observe()
     bodies.enter_initialization_mode(0.0)
     np.testing.assert_allclose(bodies.get(f"{link}.pose"), (0, 0, 1, 0, 0, 0, 1))
     np.testing.assert_allclose(bodies.get(f"{link}.twist"), (0.1, 0.2, 0.3, 0, 0, 0.4))

@@ -24,6 +24,7 @@ from numba import njit
 from coupling.rigid.moorings.catenary import Pull, distance_under, pull_of, tensions
 from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
 from coupling.rigid.rotations import places_of
+from coupling.saved_fields import SavedFields
 from oilsim.backend.wrenches import add_force_at
 
 Array = npt.NDArray[np.float64]
@@ -35,7 +36,7 @@ AHEAD = 0.04
 
 
 @dataclass(eq=False)
-class MooringLeg:
+class MooringLeg(SavedFields):
     """A leg between a body and an anchor; it stands among the lines of a world, see `coupling.rigid.lines`.
 
     row: of the body; point: (3,) [m] of the upper end, along the body's axes from its centre of mass; parts: from the upper end down;
@@ -43,6 +44,8 @@ class MooringLeg:
     uppermost part; tension [N]: at the upper end, mean over the last advance; dragged [m]: how far the anchor is from where it was laid.
     Raises ValueError without parts, and for lengths, weights or stiffnesses that cannot be.
     """
+
+    STATE = ("length", "ordered_length", "tension", "parted", "_place", "_pull")
 
     row: int
     point: Array
@@ -148,17 +151,11 @@ class MooringLeg:
         self._table[0, 0] = length - others
         self.length = length
 
-    def save_state(self) -> dict[str, Any]:
-        """Return lengths, tension, the anchor's place, the pull and whether the leg parted, as plain data."""
-        numbers = {name: getattr(self, name) for name in ("length", "ordered_length", "tension", "parted")}
-        return numbers | {"place": self._place.tolist(), "pull": tuple(self._pull)}
-
-    def restore_state(self, state: Mapping[str, Any]) -> None:
+    def restore_state(self, state: Any) -> None:
         """Go back to a state that `save_state` returned."""
-        self.pay_out(float(state["length"]))
-        self.ordered_length, self.tension = float(state["ordered_length"]), float(state["tension"])
-        self.parted, self._pull = bool(state["parted"]), Pull(*state["pull"])
-        self._place = np.array(state["place"], dtype=np.float64)
+        if isinstance(state, Mapping):
+            self.pay_out(float(state["length"]))
+        super().restore_state(state)
 
     def _span(self, pose: Array) -> tuple[Array, Array]:
         """Return the way (3,) [m] from the upper end to the anchor, and the arm (3,) [m] of that end from the centre of mass."""

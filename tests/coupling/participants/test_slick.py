@@ -8,7 +8,7 @@ import pytest
 from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
-from coupling.participant import Causality, Status, StepResult, Variable, variable_table
+from coupling.participant import Causality, Participant, Status, StepResult, Variable
 from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
 from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.slick.barriers import Boom, Outline
@@ -24,18 +24,17 @@ STEP = 0.25
 SECTION = {"start": (-2.0, 0.0, 0.0), "end": (2.0, 0.0, 0.0), "foot": (0.0, 0.0, -0.45), "top": (0.0, 0.0, 0.3)}
 
 
-class TowedBoom:
+class TowedBoom(Participant):
     """Twelve segments of 4 m in a V that opens to +x, and a hull, all towed at a speed in +x [m/s]."""
 
+    STATE = ("time",)
+
     def __init__(self, speed: float) -> None:
-        self.name, self.speed, self.time = "tow", speed, 0.0
-        self.variables = variable_table([Variable("poses", "m, 1", (len(BODIES) + 1, 7), Causality.OUTPUT)])
+        super().__init__("tow", [Variable("poses", "m, 1", (len(BODIES) + 1, 7), Causality.OUTPUT)])
+        self.speed, self.time = speed, 0.0
 
     def enter_initialization_mode(self, start_time):
         self.time = start_time
-
-    def exit_initialization_mode(self):
-        pass
 
     def get(self, name):
         return np.array([self._pose(body) for body in [*BODIES, "tug"]])
@@ -50,21 +49,9 @@ class TowedBoom:
             x = -30.0 + away * np.cos(np.radians(60.0))
         return np.array([x + self.speed * self.time, y, 0.05, 0.0, 0.0, np.sin(0.5 * heading), np.cos(0.5 * heading)])
 
-    def set(self, name, value):
-        raise ValueError(name)
-
     def do_step(self, time, step_size):
         self.time = time + step_size
         return StepResult(Status.OK, self.time)
-
-    def save_state(self):
-        return self.time
-
-    def restore_state(self, state):
-        self.time = state
-
-    def terminate(self):
-        pass
 
 
 class PartingBoom(TowedBoom):

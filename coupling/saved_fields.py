@@ -1,0 +1,112 @@
+"""State by declared fields: a class names the fields that change in a step, and can be saved and restored.
+
+    class Drum(SavedFields):
+        STATE = ("length", "_turns")
+
+A field holds numbers, truth values, texts, None, arrays, tuples, lists and dicts of them, a dataclass of them, or another part that has
+`save_state` and `restore_state`. In the saved state a field has its name without leading underscores.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+
+class SavedFields:
+    """A part of a run whose state is the fields that its class names in STATE; those in LOOSE may change their size and hold NaN."""
+
+    STATE: ClassVar[tuple[str, ...]] = ()
+    LOOSE: ClassVar[tuple[str, ...]] = ()
+
+    def save_state(self) -> Any:
+        """Return copies of all fields by name, as plain data."""
+        return {name.lstrip("_"): _saved(getattr(self, name)) for name in self.STATE}
+
+    def restore_state(self, state: Any) -> None:
+        """Go back to what `save_state` returned, whole or not at all.
+
+        Raises TypeError for another object, KeyError for a field that is missing, and ValueError for an array of another shape or type, and
+        for numbers that are not finite.
+        """
+        who = getattr(self, "name", type(self).__name__)
+        if not isinstance(state, Mapping):
+            kind = type(state).__name__
+            raise TypeError(f"{who!r}: restore_state got a {kind}, allowed: a state that save_state returned")
+        found = {}
+        for name in self.STATE:
+            now, saved = getattr(self, name), state[name.lstrip("_")]
+            if _parts(now):
+                continue
+            _check(f"{who!r}: saved {name.lstrip('_')!r}", now, saved, name in self.LOOSE)
+            found[name] = _restored(now, saved)
+        for name in self.STATE:
+            if name in found:
+                setattr(self, name, found[name])
+                continue
+            now, saved = getattr(self, name), state[name.lstrip("_")]
+            several = isinstance(now, Mapping | list | tuple)
+            if several and len(now) != len(saved):
+                raise ValueError(f"{who!r}: saved {name.lstrip('_')!r} has {len(saved)} parts, allowed: {len(now)}")
+            for key, part in _parts(now).items():
+                part.restore_state(saved[key] if several else saved)
+
+
+def _parts(value: Any) -> dict[Any, Any]:
+    """Return the parts that restore themselves, by key or place; empty for other values."""
+    if hasattr(value, "restore_state"):
+        return {"": value}
+    each = (
+        dict(value) if isinstance(value, Mapping) else dict(enumerate(value)) if isinstance(value, list | tuple) else {}
+    )
+    return each if each and all(hasattr(one, "restore_state") for one in each.values()) else {}
+
+
+def _saved(value: Any) -> Any:
+    """Copy a field's value, deeply, as plain data."""
+    if hasattr(value, "save_state"):
+        return value.save_state()
+    if is_dataclass(value) and not isinstance(value, type):
+        return {name: _saved(one) for name, one in asdict(value).items()}
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    if isinstance(value, Mapping):
+        return {name: _saved(one) for name, one in value.items()}
+    if isinstance(value, set):
+        return set(value)
+    if isinstance(value, tuple | list):
+        copies = [_saved(one) for one in value]
+        return copies if isinstance(value, list) else tuple(copies)
+    return value
+
+
+def _restored(now: Any, saved: Any) -> Any:
+    """Return a copy of what was saved, of the kind that the field has now."""
+    if is_dataclass(now) and not isinstance(now, type):
+        return type(now)(**{name: _restored(getattr(now, name), one) for name, one in saved.items()})
+    if isinstance(now, tuple) and hasattr(now, "_fields"):
+        return type(now)(*saved)
+    if isinstance(now, bool | float | str) and saved is not None:
+        return type(now)(saved)
+    return _saved(saved)
+
+
+def _check(what: str, now: Any, saved: Any, is_loose: bool) -> None:
+    """Refuse arrays of another shape or type, and numbers that are not finite; ValueError."""
+    if isinstance(now, Mapping) and isinstance(saved, Mapping):
+        for name in now.keys() & saved.keys():
+            _check(f"{what}, {name!r},", now[name], saved[name], is_loose)
+    elif isinstance(now, float) and saved is not None and not (is_loose or math.isfinite(float(saved))):
+        raise ValueError(f"{what} is {saved}, allowed: a finite number")
+    elif isinstance(now, np.ndarray):
+        if not isinstance(saved, np.ndarray | np.generic) or saved.dtype != now.dtype:
+            kind = getattr(saved, "dtype", type(saved).__name__)
+            raise ValueError(f"{what} is of type {kind}, allowed: an array of {now.dtype}")
+        if saved.shape != now.shape and not (is_loose and saved.ndim == now.ndim):
+            raise ValueError(f"{what} has shape {saved.shape}, allowed: {now.shape}")
+        if not (is_loose or np.isfinite(saved).all()):
+            raise ValueError(f"{what} is not finite, allowed: finite numbers")
