@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
 from booms.segments import BoomSegment, boom_segment
-from coupling.bodies import MassProperties, mass_properties
+from coupling.solids.bodies import MassProperties, mass_properties
 
 Array = NDArray[np.float64]
 

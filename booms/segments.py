@@ -9,7 +9,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from booms.boom import Boom
-from coupling.bodies import MassProperties, mass_properties
+from coupling.solids.bodies import MassProperties, mass_properties
 from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
 
 Array = NDArray[np.float64]

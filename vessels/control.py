@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.participant import Causality, Participant, Status, StepResult, Variable
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable
 from oilsim.core.quantity import Quantity, quantities, quantity, quantity_of, require
 from oilsim.forcing import Wind
 from vessels.course import Course, CourseLeg, wrap_angle

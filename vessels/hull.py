@@ -12,7 +12,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from coupling.bodies import MassProperties
+from coupling.solids.bodies import MassProperties
 from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
 from vessels.hull_size import HullSize
 

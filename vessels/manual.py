@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.participant import Participant, Status, StepResult
+from coupling.master.participant import Participant, Status, StepResult
 from oilsim.core.quantity import Quantity
 from vessels.control import control_variables, no_current
 from vessels.vessel import Vessel, moved_by, planar_motion

@@ -8,8 +8,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from coupling.participant import Causality, Participant, Status, StepResult, Variable
-from coupling.rigid.rotations import rotation_matrices
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable
+from coupling.multibody.rotations import rotation_matrices
 from oilsim.core.physical_constants import AIR_DENSITY
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.losses.ways import WAYS
-from coupling.saved_fields import SavedFields
+from coupling.master.saved_fields import SavedFields
 from oilsim.slick.loss_cause import LossCause
 
 Array = NDArray[np.float64]

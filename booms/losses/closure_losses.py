@@ -29,7 +29,7 @@ from booms.losses.strips import segments_ahead, standing_share
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from booms.losses.ways import UNDER_FOOT, WAYS
 from booms.scores import PLANING_ANGLE
-from coupling.saved_fields import SavedFields
+from coupling.master.saved_fields import SavedFields
 from oilsim import Fluid
 from oilsim.slick.loss_cause import LossCause
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from booms.recovery.planning import daily_capacity
-from coupling.saved_fields import SavedFields
+from coupling.master.saved_fields import SavedFields
 from oilsim.core.physical_constants import GRAVITY, SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, require
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.recovery.skimmer import Skimmer, SkimmerDesign
-from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
+from coupling.multibody.rotations import rotation_matrices
 from coupling.participants.slick import SlickParticipant
-from coupling.rigid.rotations import rotation_matrices
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.recovery import rows_within
 

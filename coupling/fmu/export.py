@@ -21,7 +21,7 @@ from typing import Literal
 import fmpy
 from fmpy.validation import validate_fmu
 
-from coupling.fmu.temporary_folder import temporary_folder
+from coupling.fmu.trial_process import temporary_folder
 from recordings.files.own_programs import module_command, module_environment
 
 Version = Literal[2, 3]

@@ -15,9 +15,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable
 from coupling.master.stepper import EVENT_ROUNDS, PARTS_ALLOWED, TIME_TOLERANCE
-from coupling.participant import Causality, Participant, Status, StepResult, Variable
-from coupling.units import BASE, SYMBOLS, read_unit
+from coupling.master.units import BASE, SYMBOLS, read_unit
 from recordings.files.checkpoint import state_from_bytes, state_to_bytes
 
 ENDED = "asks to end the run"  # said with the last step, since PythonFMU's binary tells an end from a discard by nothing else

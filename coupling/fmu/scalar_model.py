@@ -27,7 +27,15 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value, variable_table
+from coupling.master.participant import (
+    Causality,
+    Participant,
+    Status,
+    StepResult,
+    Variable,
+    checked_value,
+    variable_table,
+)
 
 Array = npt.NDArray[np.float64]
 

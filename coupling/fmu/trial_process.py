@@ -1,17 +1,59 @@
-"""Tries a program out in a separate process, so that a crash or a hang becomes an error and does not end this process."""
+"""Tries a program out in a separate process, so that a crash or a hang becomes an error and does not end this process.
+
+Folders of unpacked FMUs, which do not outlive the processes that made them for long.
+"""
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
 import signal
+import stat
 import subprocess
 import sys
 import tempfile
 import threading
 from collections.abc import Sequence
+from pathlib import Path
 
-from coupling.fmu.temporary_folder import temporary_folder
 from recordings.files.own_programs import module_command, module_environment
+
+FOLDER = re.compile(r"oilsim-(?:fmu|trial)-(\d+)-\w+")
+
+
+def temporary_folder(kind: str) -> tempfile.TemporaryDirectory[str]:
+    """Make a folder, named after this process, that goes with the object returned; `kind` is "fmu" or "trial".
+
+    A process that is killed leaves its folders behind. The next call, by any process of the same user, removes them.
+    """
+    place = Path(tempfile.gettempdir())
+    for left in place.glob("oilsim-*"):
+        named = FOLDER.fullmatch(left.name)
+        if named and _is_own_folder(left) and not _runs(int(named[1])):
+            shutil.rmtree(left, ignore_errors=True)
+    return tempfile.TemporaryDirectory(prefix=f"oilsim-{kind}-{os.getpid()}-", ignore_cleanup_errors=True)
+
+
+def _is_own_folder(path: Path) -> bool:
+    """Tell whether a path is a folder of this user, not a link; false if another process has removed it since it was listed."""
+    try:
+        found = path.lstat()
+    except FileNotFoundError:
+        return False
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+
+
+def _runs(process: int) -> bool:
+    """Tell whether a process of that number runs."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
+
 
 STOPPING = (
     threading.Event()

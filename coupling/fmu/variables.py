@@ -13,8 +13,8 @@ from dataclasses import replace
 
 from fmpy.model_description import ModelDescription, ModelVariable
 
-from coupling.participant import ELEMENT, Causality, Numbers, Variable, variable_table
-from coupling.units import BASE, Unit, read_unit
+from coupling.master.participant import ELEMENT, Causality, Numbers, Variable, variable_table
+from coupling.master.units import BASE, Unit, read_unit
 
 NUMBERS = {"Real", "Integer", "Enumeration", "Boolean", "Float64", "Float32"} | {
     f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)

@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from coupling.master.connection import Link
+from coupling.master.saved_fields import SavedFields
 from coupling.master.stepper import Stepper
-from coupling.saved_fields import SavedFields
 
 Steppers = Mapping[str, Stepper]  # by the participants' names, in the order in which they were given
 

@@ -30,11 +30,10 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from coupling.errors import CoSimulationError
 from coupling.master.algorithms import Algorithm, Steppers, transfer
 from coupling.master.connection import Link
+from coupling.master.errors import CoSimulationError
 from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
-from coupling.solids.added_mass import stability_number
 from oilsim.core.physical_constants import GRAVITY
 
 __all__ = ["Aitken", "BodyExchange", "BodyInterface", "QuasiNewton", "Scheme"]
@@ -352,3 +351,8 @@ def _weights(interface: BodyInterface) -> Array:
         return np.ones(6)
     diagonal = np.diag(interface.mass_matrix())
     return np.concatenate([np.ones(3), np.sqrt(diagonal[3:] / diagonal[:3].mean())])
+
+
+def stability_number(added: Array, mass_matrix: Array) -> float:
+    """Return the largest eigenvalue of M^-1 A [1], A and M (6, 6): a lagged exchange of forces diverges above 1."""
+    return float(np.abs(np.linalg.eigvals(np.linalg.solve(mass_matrix, added))).max())

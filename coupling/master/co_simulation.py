@@ -17,15 +17,14 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, NoReturn, TypeVar
 
-from coupling.blas_threads import one_blas_thread
-from coupling.errors import CoSimulationError, CouplingSetupError, reason
+from coupling.master.blas_threads import one_blas_thread
 from coupling.master.connection import Connection, link, setup_problems
+from coupling.master.errors import CoSimulationError, CouplingSetupError, reason
 from coupling.master.exchange_ledger import GAUSS_SEIDEL, Exchange
 from coupling.master.initialization import exchange_initial_values
 from coupling.master.observer_dispatch import NOBODY, Audience, CommunicationPoint, Watching, tried
-from coupling.master.rollback_test import rollback_fault
-from coupling.master.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper
-from coupling.participant import Array, Participant
+from coupling.master.participant import Array, Participant
+from coupling.master.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper, rollback_fault
 from recordings.model.frame import Event, EventLevel
 
 FINEST = 1e-3  # of a step, that times must tell apart

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.participant import Array, Causality, Numbers, Participant, Variable, array_of
-from coupling.units import Conversion, conversion
+from coupling.master.participant import Array, Causality, Numbers, Participant, Variable, array_of
+from coupling.master.units import Conversion, conversion
 
 _KINDS = {Causality.INPUT: "an input", Causality.OUTPUT: "an output", Causality.PARAMETER: "a parameter"}
 

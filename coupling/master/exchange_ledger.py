@@ -21,10 +21,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from coupling.errors import CoSimulationError
 from coupling.master.algorithms import Algorithm, GaussSeidel, Steppers
+from coupling.master.errors import CoSimulationError
 from coupling.master.observer_dispatch import CommunicationPoint
-from coupling.saved_fields import SavedFields
+from coupling.master.saved_fields import SavedFields
 
 Array = npt.NDArray[np.float64]
 

@@ -16,11 +16,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from coupling.errors import CoSimulationError
 from coupling.master.connection import Connection, Link
+from coupling.master.errors import CoSimulationError
 from coupling.master.fixed_point import QuasiNewton
+from coupling.master.participant import Array
 from coupling.master.stepper import Stepper
-from coupling.participant import Array
 
 LOOP_TOLERANCE = 1e-10  # relative change of a value between sweeps
 LOOP_SWEEPS = 100

@@ -2,6 +2,19 @@
 
 An observer that raises, or is interrupted, is told nothing more and ends the run; the others are told why. None is told of the end of a
 run whose beginning it has not been told.
+
+The interface of observers, which watch a run.
+
+Contract:
+
+1. `initialized(run)` once, before the first frame.
+2. `step_completed(frame)` at every communication point, the initial one (index 0) included, in order of time; in a restored run, at every
+   point after the restored one.
+3. `event(event)` at any moment between `initialized` and `terminated`.
+4. `terminated(reason)` once, last, also after a failure.
+
+An observer cannot change the run: all that it receives is read-only. If it raises, the run ends in order: every participant is terminated,
+the other observers are told, and the observer's exception reaches the caller.
 """
 
 from __future__ import annotations
@@ -9,11 +22,26 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
-from coupling.errors import reason
-from coupling.observer import Observer
+from coupling.master.errors import reason
 from recordings.model.frame import Event, Frame, RunDescription
+
+
+class Observer(Protocol):
+    """Watches a run; see the module's contract."""
+
+    def initialized(self, run: RunDescription) -> None:
+        """Take note that the run `run` begins now."""
+
+    def step_completed(self, frame: Frame) -> None:
+        """Take the frame of the communication point that the run has reached."""
+
+    def event(self, event: Event) -> None:
+        """Take an event that deserves a line in the log."""
+
+    def terminated(self, reason: str) -> None:
+        """Take note that the run has ended, for `reason`; no call follows."""
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ the body's motion at the start of a step and its answer to an impulse; the outpu
 `<body>.foreseen_twist`, the twist that the fluid expects at its end. The input `inverse_mass` (6 n, 6 n), if it is connected, is the common
 answer of all coupled bodies, tied by joints, and replaces their own. Within the step the bodies answer inside the fluid's pressure solve
 (`oilsim.pressure.rigid_response`); the rigid engine then makes the same motion from the wrenches, so momentum is transferred without loss.
+
+Steps of a fixed length that a master asks for by the difference of two times.
 """
 
 from __future__ import annotations
@@ -15,11 +17,18 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value
-from coupling.participants.step_size import same_step
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.solids.added_mass import added_mass
 from oilsim import AdvanceReport, Fluid, FluidError
 from oilsim.boundaries.walls import rotation_matrix
+
+ROUNDING = 1e-6  # of a step: above what the difference of two times loses, below any other step that is meant
+
+
+def same_step(asked: float, own: float) -> bool:
+    """Tell whether the step `asked` for [s] equals a participant's `own` step [s], up to the rounding of times."""
+    return abs(asked - own) <= ROUNDING * own
+
 
 Array = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from coupling.rigid.rotations import rotation_matrices
+from coupling.multibody.rotations import rotation_matrices
 from oilsim.slick.barriers import SHORTEST
 
 Array = npt.NDArray[np.float64]

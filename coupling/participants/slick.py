@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
 from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_cause import CAUSES, LossRate, no_loss

@@ -24,10 +24,10 @@ import numpy.typing as npt
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from coupling.participant import Status, StepResult
+from coupling.master.participant import Status, StepResult
+from coupling.master.saved_fields import SavedFields
+from coupling.multibody.environment import Environment
 from coupling.participants.fluid import FluidParticipant
-from coupling.rigid.environment import Environment
-from coupling.saved_fields import SavedFields
 from coupling.solids.added_mass import added_mass
 from coupling.solids.signed_distance import SignedDistance
 from oilsim import BoundaryParticles, FluidError, block

@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Status, StepResult
+from coupling.master.participant import Status, StepResult
 from coupling.participants.fluid import FluidParticipant
 from coupling.participants.window import SMOOTH, WindowParticipant
 from oilsim import AdvanceReport

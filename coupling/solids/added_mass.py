@@ -50,8 +50,3 @@ def added_mass(boundary: BoundaryParticles, spacing: float, dimension: int, dens
     direction = away / np.maximum(np.linalg.norm(away, axis=1), 1e-9 * depth)[:, None]
     rows = np.hstack([direction, np.cross(points - height[:, None] * direction, direction)])
     return np.asarray(np.einsum("i,ij,ik->jk", density * step**dimension * share, rows, rows))
-
-
-def stability_number(added: Array, mass_matrix: Array) -> float:
-    """Return the largest eigenvalue of M^-1 A [1], A and M (6, 6): a lagged exchange of forces diverges above 1."""
-    return float(np.abs(np.linalg.eigvals(np.linalg.solve(mass_matrix, added))).max())

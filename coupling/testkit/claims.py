@@ -12,7 +12,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
-from coupling.participant import Causality, Participant
+from coupling.master.participant import Causality, Participant
 from coupling.testkit.fits import order_of_convergence
 from coupling.testkit.history import BodyTrack
 from coupling.testkit.readings import Readings

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
-from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
+from coupling.master.errors import CoSimulationError
 from coupling.testkit.fault_plan import ON_PURPOSE
 from coupling.testkit.history import History
 from coupling.testkit.verdict import require_near

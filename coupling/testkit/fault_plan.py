@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from coupling.observer import Observer
-from coupling.participant import Participant, Status, StepResult
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
+from coupling.master.observer_dispatch import Observer
+from coupling.master.participant import Participant, Status, StepResult
 from coupling.testkit.faults import Fault, FaultyObserver, FaultyParticipant, require_fault
 from oilsim.fluid.checks import finite
 

@@ -1,4 +1,4 @@
-"""Faults on purpose: of participants, FMUs and observers; import them from `coupling.testing`."""
+"""Faults on purpose: of participants, FMUs and observers; import them from `coupling.testkit`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from enum import Enum
 
 import numpy as np
 
-from coupling.participant import (
+from coupling.master.participant import (
     Array,
     Causality,
     Participant,

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.observer_dispatch import CommunicationPoint
-from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim import Fluid
 from recordings.model.frame import BodyFrame, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
 

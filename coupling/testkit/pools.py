@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.pybullet_import import pybullet
-from coupling.pybullet_world.shapes import link_mesh, link_pose
-from coupling.rigid.prescribed_motion import Vector
+from coupling.bullet.pybullet_import import pybullet
+from coupling.bullet.shapes import link_mesh, link_pose
+from coupling.multibody.prescribed_motion import Vector
 from coupling.solids.signed_distance import SignedDistance
 from coupling.testkit.readings import Basin
 from coupling.testkit.scene import CLEARANCE
@@ -25,7 +25,7 @@ def pool(
 
     The fluid runs on one thread. The tank's walls are the fluid's only, and do not stop bodies. Liquid beyond `domain`, the lower
     and upper corner [m], is lost; without it the domain ends 4 spacings beyond the tank, and one that reaches farther keeps what
-    splashes out. Attach the fluid by `coupling.plugin.attach_fluid`. Returns the fluid, and the tank for `watch`. Raises ValueError
+    splashes out. Attach the fluid by `coupling.bullet.plugin.attach_fluid`. Returns the fluid, and the tank for `watch`. Raises ValueError
     for numbers that are not allowed.
     """
     if domain is None:

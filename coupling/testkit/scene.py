@@ -11,18 +11,17 @@ from typing import Any, Literal
 import numpy as np
 import trimesh
 
-from coupling.assembly import MONOLITHIC, ExchangeOptions, couple_world
-from coupling.bodies import MassProperties, mass_properties
+from coupling.bullet.assembly import MONOLITHIC, ExchangeOptions, couple_world
+from coupling.bullet.attachment_warnings import tell_thin_parts
+from coupling.bullet.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.master.body_exchange import BodyExchange
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import ExchangeLedger
-from coupling.master.observer_dispatch import Watching
-from coupling.observer import Observer
-from coupling.participant import Array, Participant
-from coupling.pybullet_world.attachment_warnings import tell_thin_parts
-from coupling.rigid.prescribed_motion import AT_REST, STILL, UPRIGHT, PrescribedMotion, Quaternion, Twist, Vector
-from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
+from coupling.master.observer_dispatch import Observer, Watching
+from coupling.master.participant import Array, Participant
+from coupling.multibody.prescribed_motion import AT_REST, STILL, UPRIGHT, PrescribedMotion, Quaternion, Twist, Vector
+from coupling.solids.bodies import MassProperties, mass_properties
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.solid_mesh import told_solid
 from coupling.solids.surface_sampling import particles_of, sample_surface
@@ -224,7 +223,7 @@ class Scene:
     def add_participant(self, participant: Participant, connections: Sequence[Connection] = ()) -> None:
         """Let an FMU, a controller or anything else take part, which steps before fluid and bodies.
 
-        connections: of its variables with others; the bodies are the participant "bodies" (`coupling.participants.rigid_bodies`), the fluid
+        connections: of its variables with others; the bodies are the participant "bodies" (`coupling.bullet`), the fluid
         is "fluid". Raises ValueError once the run has begun.
         """
         self._require_not_begun(f"participant {participant.name!r}")
@@ -301,5 +300,5 @@ def _require_centered(name: str, mesh: trimesh.Trimesh, properties: MassProperti
     if np.linalg.norm(properties.center_of_mass) > OFF_CENTER * np.max(mesh.extents):
         raise ValueError(
             f"scene: mesh of body {name!r} has its centre of mass at {properties.center_of_mass.tolist()} m, allowed: at 0; "
-            "coupling.bodies.about_center_of_mass puts it there"
+            "coupling.solids.bodies.about_center_of_mass puts it there"
         )

@@ -25,7 +25,7 @@ def readings_of(source: object) -> Readings:
     if isinstance(source, str | Path) or _is_replay(source):
         return readings_of_recording(source)
     if not isinstance(source, Readable):
-        allowed = "a scene, a watched world (coupling.testing.watch), a scenario run, a recording or its file"
+        allowed = "a scene, a watched world (coupling.testkit.watch), a scenario run, a recording or its file"
         raise TypeError(f"a check is given {source!r}, allowed: {allowed}")
     return source.readings()
 

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from coupling.assembly import MONOLITHIC, ExchangeOptions
-from coupling.bodies import box
+from coupling.bullet.assembly import MONOLITHIC, ExchangeOptions
 from coupling.master.co_simulation import CoSimulation
-from coupling.rigid.prescribed_motion import OscillatingMotion, Vector
+from coupling.multibody.prescribed_motion import OscillatingMotion, Vector
+from coupling.solids.bodies import box
 from coupling.testkit.readings import Basin
 from coupling.testkit.scene import STEP, Scene
 from oilsim import FluidConfig, Phase

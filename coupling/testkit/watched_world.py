@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.master.observer_dispatch import CommunicationPoint
-from coupling.observer import Observer
-from coupling.plugin import FluidWorld
-from coupling.pybullet_import import pybullet
-from coupling.pybullet_world.shapes import link_mesh, link_pose
+from coupling.bullet.plugin import FluidWorld
+from coupling.bullet.pybullet_import import pybullet
+from coupling.bullet.shapes import link_mesh, link_pose
+from coupling.master.observer_dispatch import CommunicationPoint, Observer
 from coupling.testkit.frames import describe, particles_of, with_particles
 from coupling.testkit.history import History
 from coupling.testkit.readings import Array, Basin, Live, Readings, history_readings

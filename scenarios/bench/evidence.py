@@ -17,8 +17,8 @@ from typing import Any, ParamSpec, Protocol, TypeVar
 import numpy as np
 import pytest
 
-from coupling.blas_threads import one_blas_thread
-from coupling.observer import Observer
+from coupling.master.blas_threads import one_blas_thread
+from coupling.master.observer_dispatch import Observer
 from coupling.testkit.claims import Reference
 from coupling.testkit.history import History
 from coupling.testkit.left_behind import draw_moment, write_checkpoint, write_recording

@@ -69,7 +69,7 @@ def oilsim_bench(request: pytest.FixtureRequest) -> Iterator[TestBench]:
 
 @pytest.fixture
 def water_tank(oilsim_bench: TestBench) -> Callable[..., TankScene]:
-    """Return `coupling.testing.tank`, whose scenes are watched, and closed after the test."""
+    """Return `coupling.testkit.tank`, whose scenes are watched, and closed after the test."""
     from coupling.testkit.tanks import tank
 
     return oilsim_bench.making(tank)
@@ -77,7 +77,7 @@ def water_tank(oilsim_bench: TestBench) -> Callable[..., TankScene]:
 
 @pytest.fixture
 def flume(oilsim_bench: TestBench) -> Callable[..., TankScene]:
-    """Return `coupling.testing.flume`, whose scenes are watched, and closed after the test."""
+    """Return `coupling.testkit.flume`, whose scenes are watched, and closed after the test."""
     from coupling.testkit.tanks import flume
 
     return oilsim_bench.making(flume)
@@ -85,7 +85,7 @@ def flume(oilsim_bench: TestBench) -> Callable[..., TankScene]:
 
 @pytest.fixture
 def empty_space(oilsim_bench: TestBench) -> Callable[..., Scene]:
-    """Return `coupling.testing.empty_space`, whose scenes are watched, and closed after the test."""
+    """Return `coupling.testkit.empty_space`, whose scenes are watched, and closed after the test."""
     from coupling.testkit.tanks import empty_space
 
     return oilsim_bench.making(empty_space)
@@ -112,7 +112,7 @@ def pybullet_client(oilsim_bench: TestBench) -> Iterator[int]:
     """Return a pybullet client of the test's own, with gravity, pybullet's own data on its search path, and nothing else."""
     import pybullet_data
 
-    from coupling.pybullet_import import pybullet
+    from coupling.bullet.pybullet_import import pybullet
     from oilsim.core.physical_constants import GRAVITY
 
     client = pybullet.connect(pybullet.DIRECT)
@@ -125,7 +125,7 @@ def pybullet_client(oilsim_bench: TestBench) -> Iterator[int]:
 
 @pytest.fixture
 def watched_world(oilsim_bench: TestBench) -> Callable[..., WatchedWorld]:
-    """Return `coupling.testing.watch`: a fluid in a pybullet world, whose steps are kept and recorded."""
+    """Return `coupling.testkit.watch`: a fluid in a pybullet world, whose steps are kept and recorded."""
     from coupling.testkit.watched_world import watch
 
     return oilsim_bench.making(watch)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from coupling.master.co_simulation import CoSimulation
-from coupling.observer import Observer
+from coupling.master.observer_dispatch import Observer
 from coupling.testkit.fault_plan import FaultPlan
 from coupling.testkit.frames import turnover, with_particles
 from coupling.testkit.history import History

@@ -7,13 +7,12 @@ from types import TracebackType
 import numpy as np
 import trimesh
 
-from coupling.bodies import mass_properties
+from coupling.bullet.rigid_body_participant import RigidBodyParticipant
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.co_simulation import CoSimulation
-from coupling.master.observer_dispatch import CommunicationPoint, Watching
-from coupling.observer import Observer
-from coupling.participants.rigid_bodies import RigidBodyParticipant
-from coupling.rigid.prescribed_motion import UPRIGHT, Quaternion, Vector
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.master.observer_dispatch import CommunicationPoint, Observer, Watching
+from coupling.multibody.prescribed_motion import UPRIGHT, Quaternion, Vector
+from coupling.solids.bodies import mass_properties
 from coupling.testkit.history import History
 from coupling.testkit.readings import Readings, history_readings
 from oilsim.loads.morison import FloatingBodies

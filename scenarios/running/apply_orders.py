@@ -7,9 +7,9 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from coupling.rigid.lines import ElasticLine
-from coupling.rigid.moorings.mooring_leg import MooringLeg
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
+from coupling.multibody.lines import ElasticLine
+from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import PipeEmitter
 from oilsim.forcing import AiryWaves, Current, Wind
 from scenarios.problems import Problem, ScenarioError

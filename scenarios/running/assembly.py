@@ -14,16 +14,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.assembly import BODIES, CoupledBodies
+from coupling.bullet.assembly import BODIES, CoupledBodies
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.body_exchange import BodyExchange
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import Exchange, ExchangeLedger
-from coupling.master.observer_dispatch import CommunicationPoint, FrameSource, Watching
-from coupling.observer import Observer
-from coupling.participant import Participant
+from coupling.master.observer_dispatch import CommunicationPoint, FrameSource, Observer, Watching
+from coupling.master.participant import Participant
 from coupling.participants.fluid import FluidParticipant
-from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim import AdvanceReport, Fluid
 from oilsim.fluid.views import JointReadings
 from oilsim.forcing import Current

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.errors import CoSimulationError
 from coupling.fmu.export import FmuContent
 from coupling.master.co_simulation import CoSimulation
-from coupling.participant import Participant, Status, StepResult, checked_value
+from coupling.master.errors import CoSimulationError
+from coupling.master.participant import Participant, Status, StepResult, checked_value
 from scenarios.load import files_replaced, scenario_from
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
@@ -39,7 +39,7 @@ WHOLE = 1e-6  # of a communication step that a master's step may be off a whole 
 
 
 class ExerciseParticipant(Participant):
-    """The run of `scenario` as a `coupling.participant.Participant`; signals have the shape (1,) and SI units [-]. It is built on start."""
+    """The run of `scenario` as a participant; signals have the shape (1,) and SI units [-]. It is built on start."""
 
     STATE = ()
 

@@ -35,7 +35,7 @@ from scenarios.text.terminal import terminal
 from scenarios.watch.progress import ProgressDisplay
 
 if TYPE_CHECKING:
-    from coupling.observer import Observer
+    from coupling.master.observer_dispatch import Observer
     from recordings.sink.live import LiveView
     from recordings.sink.recorder import Recorder
     from scenarios.orders.desk import OrderDesk

@@ -11,8 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
+from coupling.master.errors import CoSimulationError
 from recordings.files.errors import RecordingError
 from recordings.model.frame import INJECTS, INSTRUCTOR, EventLevel
 from scenarios.problems import Problem, ScenarioError

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from coupling.errors import CoSimulationError
+from coupling.master.errors import CoSimulationError
 from recordings.files.errors import RecordingError
 from recordings.model.frame import INSTRUCTOR
 from recordings.replay.recording import Replay

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from scenarios.scenario import Scenario
 from scenarios.setup.boom_lines import laid_out, reel_name
 from scenarios.setup.fleet import Fleet

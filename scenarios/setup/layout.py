@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from coupling.rigid.rigid_body_world import FRICTION, RigidBodyWorld
+from coupling.bullet.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from oilsim.sea import Sea
 from recordings.model.words import volume_in_words

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from booms.deployment import BoomLayout, PlacedLine, lay_aground
 from booms.equilibrium import HangingBoom, Tie, tied_lines
+from coupling.bullet.rigid_body_world import RigidBodyWorld
+from coupling.multibody.mooring_leg import Anchor, LegPart
 from coupling.participants.plan_barriers import Beach
-from coupling.rigid.moorings.ground_tackle import Anchor, LegPart
-from coupling.rigid.rigid_body_world import RigidBodyWorld
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of

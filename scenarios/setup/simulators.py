@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from coupling.assembly import CoupledBodies, couple_world
-from coupling.participants.rigid_bodies import Asked
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.assembly import CoupledBodies, couple_world
+from coupling.bullet.rigid_body_participant import Asked
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim import Fluid
 from oilsim.fluid.views import JointReadings

@@ -10,7 +10,7 @@ from typing import Any
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.isolated_fmu import Fmu, fmu
 from coupling.master.connection import Connection, connection_problems
-from coupling.participant import Variable, array_of
+from coupling.master.participant import Variable, array_of
 from scenarios.problems import Problem, problems_of, suggestion
 from scenarios.schema.fmu_settings import ORDER_BOARD, PREFIX, READING_BOARD, FmuSettings, connections_of
 from scenarios.signals.signal_participant import signal_variables

@@ -8,7 +8,15 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.participant import Causality, Participant, Status, StepResult, Variable, checked_value, variable_table
+from coupling.master.participant import (
+    Causality,
+    Participant,
+    Status,
+    StepResult,
+    Variable,
+    checked_value,
+    variable_table,
+)
 from scenarios.signals.signal_table import RunParts, Signal
 
 Array = NDArray[np.float64]

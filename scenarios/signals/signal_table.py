@@ -29,8 +29,8 @@ from vessels.manual import MACHINERY_ORDERS
 if TYPE_CHECKING:
     from booms.containment import ContainmentReport
     from booms.recovery.skimming import SkimmingParticipant
-    from coupling.rigid.moorings.mooring_leg import MooringLeg
-    from coupling.rigid.rigid_body_world import RigidBodyWorld
+    from coupling.bullet.rigid_body_world import RigidBodyWorld
+    from coupling.multibody.mooring_leg import MooringLeg
     from oilsim import Fluid
     from vessels.control import VesselControl
     from vessels.manual import ManualControl

@@ -16,7 +16,7 @@ from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentRep
 from booms.deployment import BoomLayout
 from booms.losses.closure_losses import INTERVAL, ClosureLosses
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim import Fluid
 from oilsim.core.physical_constants import KNOT
 from oilsim.slick.loss_cause import CAUSES

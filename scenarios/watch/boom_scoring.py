@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.balance import OilBalance, balance, lost_ids
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim import Fluid
 from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words, levers_in_words

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import joint_name
 from scenarios.setup.fleet import Fleet

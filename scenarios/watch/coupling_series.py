@@ -26,9 +26,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.exchange_ledger import ExchangeLedger
 from coupling.participants.fluid import FluidParticipant
-from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim import AdvanceReport
 from oilsim.fluid.views import JointReadings
 

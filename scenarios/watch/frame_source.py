@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.observer_dispatch import CommunicationPoint
-from coupling.participant import Causality, Participant
-from coupling.rigid.lines import ElasticLine
-from coupling.rigid.moorings.mooring_leg import MooringLeg
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.master.participant import Causality, Participant
+from coupling.multibody.lines import ElasticLine
+from coupling.multibody.mooring_leg import MooringLeg
 from recordings.model.entity_paths import BOOM
 from recordings.model.frame import (
     BodyFrame,

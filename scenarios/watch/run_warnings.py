@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from coupling.rigid.lines import ElasticLine
-from coupling.rigid.moorings.mooring_leg import MooringLeg
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
+from coupling.multibody.lines import ElasticLine
+from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import AdvanceReport
 from recordings.model.frame import EventLevel
 from scenarios.scenario import Scenario

@@ -17,11 +17,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from coupling.bodies import box
-from coupling.pybullet_import import pybullet
-from coupling.rigid.prescribed_motion import UniformMotion
+from coupling.bullet.pybullet_import import pybullet
+from coupling.multibody.prescribed_motion import UniformMotion
+from coupling.solids.bodies import box
 from coupling.solids.surface_sampling import boundary_particles
-from coupling.testing import TankScene, tank
+from coupling.testkit import TankScene, tank
 from oilsim.boundaries.walls import Walls
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build

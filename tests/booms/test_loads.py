@@ -11,7 +11,7 @@ from booms.boom import BoomDesign
 from booms.deployment import lay_between
 from booms.loads import freeboard_drag, segment_loads, skirt_drag
 from booms.segments import boom_segment
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim.loads.load_model import LoadModel
 from oilsim.loads.morison import FloatingBodies
 from tests.seas import steady_sea

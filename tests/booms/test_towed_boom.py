@@ -14,8 +14,8 @@ import trimesh
 
 from booms.deployment import catenary_chain
 from booms.scores import tow_force
-from coupling.bodies import mass_properties
-from coupling.participants.rigid_bodies import RigidBodyWorld
+from coupling.bullet.rigid_body_participant import RigidBodyWorld
+from coupling.solids.bodies import mass_properties
 
 LENGTH, PRESSURE = 10.0, 12.0  # boom [m]; q d, drag of a length square to the stream [N/m]
 TABLE = np.loadtxt(Path(__file__).parent / "data" / "boom_catenary.csv", delimiter=",")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from coupling.participant import (
+from coupling.master.participant import (
     Array,
     Causality,
     Participant,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from coupling.testing import pool as make_pool
+from coupling.testkit import pool as make_pool
 from oilsim import Fluid
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pybullet
 import pybullet_data
 
-from coupling.plugin import attach_fluid
+from coupling.bullet.plugin import attach_fluid
 from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build

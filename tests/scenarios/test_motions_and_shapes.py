@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from coupling.rigid.engine.engine_step import SPEED_LIMIT
+from coupling.bullet.engine_step import SPEED_LIMIT
 from scenarios.problems import ScenarioError
 from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.bodies import (

@@ -9,7 +9,7 @@ import warnings
 from dataclasses import replace
 from functools import partial
 
-from coupling.assembly import BODIES, FLUID
+from coupling.bullet.assembly import BODIES, FLUID
 from coupling.master.body_exchange import Aitken, BodyExchange, QuasiNewton
 from coupling.testkit.faults import Fault, FaultyParticipant
 from scenarios.problems import Problem, ScenarioError

@@ -15,7 +15,7 @@ import pybullet
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from coupling.plugin import FluidWorld, attach_fluid
+from coupling.bullet.plugin import FluidWorld, attach_fluid
 from oilsim import AdvanceReport, Fluid, FluidConfig, Phase, block, tank_walls
 from oilsim.fluid.views import Particles
 from tests.stress.random_bodies import DATA, REACH, drive, loose_body, placed

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
+from coupling.master.errors import CoSimulationError
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build

@@ -11,7 +11,7 @@ import warnings
 
 import numpy as np
 
-from coupling.pybullet_world.default_warnings import TURN_LIMIT
+from coupling.bullet.default_warnings import TURN_LIMIT
 from tests.stress.random_worlds import RandomWorld, random_world
 from tests.stress.trials import FASTEST, LEAKED, MADE, SOME, Trial
 

@@ -10,7 +10,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from coupling.bodies import mass_properties
+from coupling.solids.bodies import mass_properties
 from coupling.solids.hydrostatics import waterline_for_volume
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import boundary_particles

@@ -6,7 +6,7 @@
     speed, direction                        to where it goes, counter-clockwise from +x, as in scenario files
     speed, from_direction or to_direction   clockwise from north, as in weather reports
 
-Speeds are in a unit that `coupling.units` knows, as m/s or kn, directions in deg or rad.
+Speeds are in a unit that `coupling.master.units` knows, as m/s or kn, directions in deg or rad.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.units import conversion, read_unit
+from coupling.master.units import conversion, read_unit
 
 Double = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ PAIRS = (
     ("speed", "to_direction"),
 )
 EXAMPLES = {"s": "s, min, h, d", "m/s": "m/s, km/h, kn", "rad": "deg, rad"}
-# names of units in weather files, beside those of `coupling.units`
+# names of units in weather files, beside those of `coupling.master.units`
 SPELLINGS = {
     "second": "s", "seconds": "s", "sec": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h", "hr": "h", "day": "d",
     "days": "d", "degree": "deg", "degrees": "deg", "knot": "kn", "knots": "kn", "radian": "rad", "radians": "rad",

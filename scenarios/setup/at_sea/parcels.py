@@ -14,7 +14,7 @@ from booms.boom import Boom as BoomSection
 from booms.deployment import BoomLayout
 from booms.losses.rates import Closures
 from booms.losses.slick_losses import PooledBoom, SlickLosses
-from coupling.assembly import BODIES
+from coupling.bullet.assembly import BODIES
 from coupling.master.connection import Connection
 from coupling.participants.plan_barriers import Beach, BoomBodies, ReelMouth
 from coupling.participants.slick import CarryingSea, SlickParticipant

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
     from booms.reel import Track
-    from coupling.bodies import MassProperties
-    from coupling.rigid.rigid_body_world import RigidBodyWorld
+    from coupling.bullet.rigid_body_world import RigidBodyWorld
+    from coupling.solids.bodies import MassProperties
     from oilsim.loads.load_model import LoadModel
     from oilsim.sea import Sea
     from scenarios.setup.fleet import Fleet

@@ -7,8 +7,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from booms.deployment import PlacedBody
-from coupling.bodies import mass_properties
 from coupling.participants.plan_barriers import Beach
+from coupling.solids.bodies import mass_properties
 from recordings.model.exercise import GROUND
 from scenarios.setup.solids.placed_solids import HELD_DENSITY, Solid
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from booms.deployment import BoomLayout
 from booms.recovery.skimming import SkimmingParticipant
-from coupling.assembly import BODIES
+from coupling.bullet.assembly import BODIES
 from coupling.master.connection import Connection
 from coupling.participants.slick import SlickParticipant
 from scenarios.scenario import Scenario

@@ -9,12 +9,12 @@ import numpy as np
 from booms.losses.closure_losses import STANDING
 from booms.losses.resolution import Resolution
 from booms.scores import PLANING_ANGLE
-from coupling.assembly import FLUID, CoupledBodies, couple_participant
-from coupling.participants.rigid_bodies import Asked
+from coupling.bullet.assembly import FLUID, CoupledBodies, couple_participant
+from coupling.bullet.rigid_body_participant import Asked
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
 from coupling.participants.windows import WindowsParticipant, overlap
-from coupling.rigid.rigid_body_world import RigidBodyWorld
 from oilsim import Phase
 from oilsim.sea import Sea
 from oilsim.window.joint_exchange import JointExchange

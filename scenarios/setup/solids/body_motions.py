@@ -1,4 +1,4 @@
-"""Prescribed motions of scenarios beyond those of `coupling.rigid.prescribed_motion`: towing with a smooth rise, and turns."""
+"""Prescribed motions of scenarios beyond those of `coupling.multibody.prescribed_motion`: towing with a smooth rise, and turns."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.rigid.prescribed_motion import (
+from coupling.multibody.prescribed_motion import (
     UPRIGHT,
     Motion,
     OscillatingMotion,

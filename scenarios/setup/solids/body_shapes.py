@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from coupling import bodies
+from coupling.solids import bodies
 from coupling.solids.solid_mesh import SolidMesh
 from scenarios.schema.bodies import (
     Body,

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from booms.deployment import PlacedBody
-from coupling.bodies import about_center_of_mass, mass_properties
-from coupling.rigid.prescribed_motion import PrescribedMotion
+from coupling.multibody.prescribed_motion import PrescribedMotion
+from coupling.solids.bodies import about_center_of_mass, mass_properties
 from coupling.solids.solid_mesh import SolidMesh
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from coupling.pybullet_world.attachment_warnings import leaking, swelling, thinnest_seen
+from coupling.bullet.attachment_warnings import leaking, swelling, thinnest_seen
 from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
 from coupling.solids.thin_parts import plates_of
 from scenarios.setup.solids.placed_solids import Solid, table_entry

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.bodies import box
+from coupling.solids.bodies import box
 from coupling.solids.surface_sampling import boundary_particles
 from oilsim import Fluid, FluidConfig, FluidError, Phase, tank_walls
 from tests.benchmarks.pareto.measures import Sample

@@ -17,12 +17,12 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
-from coupling.errors import CoSimulationError
 from coupling.fmu.export import FmuContent, FmuExportError, export_fmu
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.scalar_model import MODEL_FILE, model_in
 from coupling.master.co_simulation import CoSimulation
-from coupling.participant import Status
+from coupling.master.errors import CoSimulationError
+from coupling.master.participant import Status
 
 Version = Literal[2, 3]
 
@@ -48,7 +48,7 @@ class Tank(ScalarModel):
 
 # half of each step at first, with an event there; the end after 0.1 s
 HALTING = """
-from coupling.participant import Status, StepResult
+from coupling.master.participant import Status, StepResult
 from coupling.fmu.scalar_model import ScalarModel, given
 
 class Halting(ScalarModel):
@@ -69,7 +69,7 @@ class Halting(ScalarModel):
 """
 
 TANK = '''
-from coupling.participant import Status, StepResult
+from coupling.master.participant import Status, StepResult
 from coupling.fmu.scalar_model import ScalarModel, given, parameter, taken
 
 class {name}(ScalarModel):
@@ -97,7 +97,7 @@ class {name}(ScalarModel):
 
 # a step that is too long is found out on the way: FMI 2 leaves it to the master to take it back
 STIFF = """
-from coupling.participant import Status, StepResult
+from coupling.master.participant import Status, StepResult
 from coupling.fmu.scalar_model import ScalarModel, given, taken
 
 class Stiff(ScalarModel):

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from fmpy.fmi3 import FMU3Slave
 
-from coupling.errors import CoSimulationError, CouplingSetupError
 from coupling.fmu import trial_process
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
-from coupling.participant import Causality
+from coupling.master.errors import CoSimulationError, CouplingSetupError
+from coupling.master.participant import Causality
 
 # A tow winch: it reels in at a commanded speed, and its brake slips in proportion to the pull beyond what it holds.
 # length' = -speed + max(tension - holding, 0) / slip

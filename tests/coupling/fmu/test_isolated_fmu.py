@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling.errors import CoSimulationError
 from coupling.fmu.export import FmuContent, export_fmu
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.isolated_fmu import Fmu, IsolatedFmu
 from coupling.fmu.scalar_model import MODEL_FILE
 from coupling.fmu.trial_process import STOPPING
 from coupling.master.co_simulation import CoSimulation
+from coupling.master.errors import CoSimulationError
 
 MODEL = """
 from coupling.fmu.scalar_model import ScalarModel, given, taken

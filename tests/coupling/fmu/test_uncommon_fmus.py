@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from coupling.errors import CouplingSetupError
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
+from coupling.master.errors import CouplingSetupError
 from recordings.files.own_programs import module_command, module_environment
 
 # gives what it is given; fails when a step is not of the first one's size to the last bit

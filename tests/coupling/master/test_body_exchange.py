@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 import trimesh
 
-from coupling.assembly import ExchangeOptions
-from coupling.bodies import box, cylinder, sphere
-from coupling.errors import CoSimulationError
-from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme
+from coupling.bullet.assembly import ExchangeOptions
+from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme, stability_number
 from coupling.master.connection import Link
+from coupling.master.errors import CoSimulationError
 from coupling.master.exchange_ledger import ENERGY_LIMIT
 from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
-from coupling.solids.added_mass import added_mass, stability_number
+from coupling.solids.added_mass import added_mass
+from coupling.solids.bodies import box, cylinder, sphere
 from coupling.solids.surface_sampling import boundary_particles
-from coupling.testing import TankScene, tank
+from coupling.testkit import TankScene, tank
 from oilsim import solid_box
 
 WATER, GRAVITY, STEP = 1000.0, 9.81, 0.01
@@ -80,7 +80,7 @@ def forget(monkeypatch: pytest.MonkeyPatch, *told: str) -> None:
     def silent(**terms: Any) -> BodyInterface:
         return BodyInterface(**{name: value for name, value in terms.items() if name not in told})
 
-    monkeypatch.setattr("coupling.assembly.BodyInterface", silent)
+    monkeypatch.setattr("coupling.bullet.assembly.BodyInterface", silent)
 
 
 @pytest.mark.slow

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.errors import CoSimulationError, CouplingSetupError
 from coupling.master.algorithms import GaussSeidel, Jacobi
 from coupling.master.co_simulation import CommunicationPoint, CoSimulation
 from coupling.master.connection import Connection
+from coupling.master.errors import CoSimulationError, CouplingSetupError
 from coupling.master.exchange_ledger import Exchange
 from coupling.master.observer_dispatch import Watching
-from coupling.participant import Status, StepResult
+from coupling.master.participant import Status, StepResult
 from recordings.model.frame import Event, Frame, RunDescription
 from tests.coupling.accumulator import Accumulator
 

@@ -8,8 +8,8 @@ from typing import Any, cast
 
 import pytest
 
-from coupling.errors import CoSimulationError
 from coupling.master.algorithms import Steppers
+from coupling.master.errors import CoSimulationError
 from coupling.master.exchange_ledger import BodyBond, ExchangeLedger
 
 STILL = (0.0,) * 6

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.bodies import box, mass_properties
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.participants.fluid import FluidParticipant
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.solids.bodies import box, mass_properties
 from coupling.solids.surface_sampling import boundary_particles
-from coupling.testing import Scene, assert_restarts_exactly, empty_space, fails_in_order
+from coupling.testkit import Scene, assert_restarts_exactly, empty_space, fails_in_order
 from oilsim import Fluid
 from tests.poison import Poison
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from coupling.errors import CoSimulationError
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
-from coupling.participant import Causality, Participant, Status, StepResult, Variable
+from coupling.master.errors import CoSimulationError
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable
 from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
 from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.slick.barriers import Boom, Outline

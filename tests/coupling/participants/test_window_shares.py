@@ -10,9 +10,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from coupling.bodies import box
 from coupling.participants.window import FADE, SharedEnvironment, WindowBody, WindowParticipant
 from coupling.participants.windows import JointShares
+from coupling.solids.bodies import box
 from coupling.solids.surface_sampling import boundary_particles
 from oilsim import Phase
 from oilsim.loads.morison import BodyLoads

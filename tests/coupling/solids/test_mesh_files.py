@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from coupling.bodies import box, load_mesh, load_solid
+from coupling.solids.bodies import box, load_mesh, load_solid
 from coupling.solids.mesh_files import MESH_SUFFIXES, read_mesh_file
 
 

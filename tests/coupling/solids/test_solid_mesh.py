@@ -13,9 +13,9 @@ import pybullet_data
 import pytest
 import trimesh
 
-from coupling.bodies import box, mass_properties, mesh_parts, sphere
+from coupling.solids.bodies import box, mass_properties, mesh_parts, sphere
+from coupling.solids.closed_shells import crossing_triangles
 from coupling.solids.hydrostatics import hydrostatics
-from coupling.solids.self_crossing import crossing_triangles
 from coupling.solids.solid_mesh import SolidMesh, read_objects, read_solid
 from coupling.solids.surface_sampling import sample_surface
 

@@ -11,7 +11,7 @@ import trimesh
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from coupling.bodies import box, capsule, cylinder, sphere
+from coupling.solids.bodies import box, capsule, cylinder, sphere
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import PITCH, SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from coupling.bodies import box
+from coupling.solids.bodies import box
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import sample_surface
 from coupling.solids.thin_parts import plate_normals

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from coupling.bodies import box
-from coupling.testing import (
+from coupling.solids.bodies import box
+from coupling.testkit import (
     CheckFailed,
     Readings,
     assert_added_mass,

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling.bodies import box
-from coupling.testing import (
+from coupling.solids.bodies import box
+from coupling.testkit import (
     CheckFailed,
     TankScene,
     assert_converges,

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from coupling.bodies import box
+from coupling.solids.bodies import box
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import particles_of, sample_surface
 from coupling.solids.thin_parts import HELD

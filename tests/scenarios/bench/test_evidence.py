@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from coupling.bodies import box
-from coupling.testing import CheckFailed, TankScene, assert_matches_recording, tank
+from coupling.solids.bodies import box
+from coupling.testkit import CheckFailed, TankScene, assert_matches_recording, tank
 from scenarios.bench.evidence import LimitExceeded, TestBench
 
 

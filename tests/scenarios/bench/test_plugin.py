@@ -16,8 +16,8 @@ from recordings.replay.recording import Replay
 pytest_plugins = ["pytester"]
 
 FAILING = """
-    from coupling.bodies import box
-    from coupling.testing import assert_draft
+    from coupling.solids.bodies import box
+    from coupling.testkit import assert_draft
 
     def test_float(water_tank):
         scene = water_tank(size=(0.3, 0.3, 0.4), depth=0.2, particle_spacing=0.1)
@@ -129,8 +129,8 @@ def test_limits_seeds_and_one_run_after_the_other(pytester: pytest.Pytester) -> 
 def test_references_are_written_and_held_to(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
-        from coupling.bodies import box
-        from coupling.testing import assert_matches_recording
+        from coupling.solids.bodies import box
+        from coupling.testkit import assert_matches_recording
 
         DENSITY = 500.0
 

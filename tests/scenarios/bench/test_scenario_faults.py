@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from coupling.testing import Fault, fails_in_order, goes_on_in_order, viewer_fails_in_order
+from coupling.testkit import Fault, fails_in_order, goes_on_in_order, viewer_fails_in_order
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.problems import ScenarioError
 from tests.scenarios.small_tow import small_tow

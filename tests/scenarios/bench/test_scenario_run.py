@@ -5,7 +5,7 @@ from __future__ import annotations
 import pybullet
 import pytest
 
-from coupling.testing import CheckFailed, assert_restarts_exactly, assert_same_on_threads
+from coupling.testkit import CheckFailed, assert_restarts_exactly, assert_same_on_threads
 from scenarios.bench.scenario_run import ScenarioRun
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from booms.catalog import catalogue
-from coupling.testing import assert_restarts_exactly
+from coupling.testkit import assert_restarts_exactly
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import load_scenario, scenario_from
 from scenarios.problems import ScenarioError

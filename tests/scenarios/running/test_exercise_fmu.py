@@ -24,7 +24,7 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 from coupling.fmu.fmu_participant import FmuParticipant
-from coupling.participant import Causality, Status
+from coupling.master.participant import Causality, Status
 from recordings.files.checkpoint import state_hash
 from scenarios.cli import main
 from scenarios.load import load_scenario

@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 from booms.loads import skirt_drag
-from coupling.testing import assert_restarts_exactly
+from coupling.testkit import assert_restarts_exactly
 from recordings.export.chosen import oil_frames, oil_names
 from recordings.export.netcdf import write_netcdf
 from recordings.model.exercise import Site

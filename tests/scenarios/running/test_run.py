@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling.errors import CoSimulationError
+from coupling.master.errors import CoSimulationError
 from coupling.participants.fluid import FluidParticipant
 from recordings.model.frame import Frame
 from recordings.replay.recording import Replay

@@ -18,10 +18,10 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave
 
-from coupling.errors import CoSimulationError
 from coupling.fmu import isolated_fmu
 from coupling.fmu.isolated_fmu import IsolatedFmu
-from coupling.participant import Status
+from coupling.master.errors import CoSimulationError
+from coupling.master.participant import Status
 from recordings.files.checkpoint import state_from_bytes, state_hash, state_to_bytes
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main

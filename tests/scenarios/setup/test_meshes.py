@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from coupling.bodies import box
+from coupling.solids.bodies import box
 from coupling.solids.solid_mesh import read_solid
 from scenarios.cli import main
 from scenarios.load import scenario_from

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from coupling.testing import assert_restarts_exactly
+from coupling.testkit import assert_restarts_exactly
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import load_scenario
 from scenarios.setup.boom_lines import laid_out, paid_out

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from coupling.rigid.rigid_body_world import RigidBodyWorld
+from coupling.bullet.rigid_body_world import RigidBodyWorld
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling.errors import CoSimulationError
+from coupling.master.errors import CoSimulationError
 from coupling.participants.windows import WindowsParticipant
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from coupling.participant import StepResult
+from coupling.master.participant import StepResult
 from coupling.participants.fluid import FluidParticipant
 from scenarios.cli import main
 from scenarios.problems import ScenarioError

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.deployment import BoomLayout
-from coupling.errors import CoSimulationError
 from coupling.master.body_exchange import BodyExchange, Scheme
+from coupling.master.errors import CoSimulationError
 from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings

@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from coupling.bodies import box, cylinder, sphere
+from coupling.solids.bodies import box, cylinder, sphere
 from oilsim import Phase, solid_box
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import Body, disordered, outside, put_solid, solid_tank, waterline

@@ -10,7 +10,7 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.bodies import sphere
+from coupling.solids.bodies import sphere
 from oilsim import FluidConfig, block, tank_walls
 from tests.validation import heave_theory
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.rigid.prescribed_motion import UPRIGHT, OscillatingMotion
+from coupling.multibody.prescribed_motion import UPRIGHT, OscillatingMotion
 from coupling.testkit.tanks import wave_maker
 from oilsim import Fluid, FluidConfig, block, solid_box, tank_walls
 from oilsim.forcing import Current, Zone

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.bodies import mass_properties, sphere
+from coupling.solids.bodies import mass_properties, sphere
 from coupling.solids.surface_sampling import boundary_particles
 from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace

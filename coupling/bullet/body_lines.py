@@ -1,0 +1,117 @@
+"""Lines between rigid bodies: elastic lines and mooring legs, which pull on bodies of a world."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from coupling.bullet.engine_step import Body
+from coupling.multibody.lines import ElasticLine, Line, Lines, stiffest
+from coupling.multibody.mooring_leg import Anchor, LegPart, MooringLeg
+from coupling.multibody.prescribed_motion import Vector
+from coupling.multibody.rigid_state import RigidBodyState
+from coupling.multibody.step_length import SHORTEST
+
+Array = npt.NDArray[np.float64]
+
+
+class BodyLines:
+    """Bodies by name, their state, and the `lines` between them; `RigidBodyWorld` moves them."""
+
+    def __init__(self) -> None:
+        self._bodies: dict[str, Body] = {}
+        self._state = RigidBodyState()
+        self.lines = Lines()
+
+    def add_line(
+        self,
+        name: str,
+        body_a: str,
+        body_b: str | None,
+        points: tuple[Vector, Vector],
+        *,
+        length: float,
+        stiffness: float,
+        relaxation_time: float = 0.0,
+        breaking_load: float = math.inf,
+    ) -> None:
+        """Add an elastic line from body_a to body_b (None: the world) between `points` of the world [m]; see `coupling.multibody.lines`.
+
+        length [m], stiffness [N], relaxation_time [s], breaking_load [N]. Raises ValueError for a line that is too stiff, with the largest
+        stiffness allowed.
+        """
+        bodies = (self._body(body_a), None if body_b is None else self._body(body_b))
+        places = [p if body is None else self._own_point(body, p) for body, p in zip(bodies, points, strict=True)]
+        rows = tuple(-1 if body is None else body.row for body in bodies)
+        line = ElasticLine((rows[0], rows[1]), np.array(places, dtype=np.float64), stiffness, relaxation_time, length)
+        line.breaking_load = breaking_load
+        self._string(name, line)
+
+    def add_mooring_leg(
+        self,
+        name: str,
+        body: str,
+        point: Vector,
+        parts: Sequence[LegPart],
+        anchor: Anchor,
+        *,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        """Hold a body at `point` of the world [m] by a leg of `parts`, from there down, to an anchor; see `coupling.multibody`.
+
+        Raises ValueError for a leg that is too stiff, with the largest stiffness allowed.
+        """
+        held = self._body(body)
+        self._string(name, MooringLeg(held.row, self._own_point(held, point), tuple(parts), anchor, relaxation_time))
+
+    def part_line(self, name: str) -> None:
+        """Let an elastic line part: from now on it does not pull. ValueError for an unknown name."""
+        if name not in self.lines.names:
+            raise ValueError(f"rigid bodies: line {name!r} does not exist, allowed: {', '.join(self.lines.names)}")
+        self.lines.part(name)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
+    def loosen_line(self, name: str) -> None:
+        """Let one end of an elastic line be free: it does not pull until it is made fast. ValueError for an unknown name."""
+        self.lines.loosen(name)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
+    def make_line_fast(self, name: str) -> None:
+        """Make a loosened line fast where its ends are now, as long as they are apart. ValueError for an unknown name."""
+        self.lines.make_fast(name, self._state.pose)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
+    def line_distance(self, name: str) -> float:
+        """Return the distance [m] of the two points of an elastic line now."""
+        return self.lines.distance(name, self._state.pose)
+
+    def _rows(self, names: Sequence[str]) -> list[int]:
+        bodies = self._bodies
+        try:
+            return [bodies[name].row for name in names]
+        except KeyError:
+            return [self._body(name).row for name in names]
+
+    def _body(self, name: str) -> Body:
+        if name not in self._bodies:
+            raise ValueError(f"rigid bodies: body {name!r} does not exist, allowed: {', '.join(self._bodies)}")
+        return self._bodies[name]
+
+    def _string(self, name: str, line: Line) -> None:
+        """Add a line to the others; ValueError for one that is too stiff to be stepped."""
+        limit = stiffest(line, self._state.pose, self._state.inverse_masses(), SHORTEST)
+        if line.stiffness > limit:
+            raise ValueError(
+                f"line {name!r}: stiffness is {line.stiffness:g} N, allowed: up to {limit:.3g} N for its bodies"
+            )
+        self.lines.add(name, line)
+        self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
+
+    def _own_point(self, body: Body, point: Vector) -> Array:
+        """Convert a world point to the body's axes, from its centre of mass."""
+        pose = self._state.pose[body.row]
+        return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])

@@ -1,1 +1,0 @@
-"""Reading of bodies in a pybullet client that belongs to another program."""

@@ -1,1 +1,0 @@
-"""Rigid bodies, joints, lines and contacts, stepped on a pybullet client."""
