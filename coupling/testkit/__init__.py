@@ -13,25 +13,19 @@ the numerics run a scene several times. `FaultPlan`, as `scene.faults`, makes pa
 
 from __future__ import annotations
 
-from coupling.testkit.checks.conservation import assert_energy_not_created, assert_momentum_conserved
-from coupling.testkit.checks.floating import assert_draft, assert_heel, assert_metacentric_height, assert_trim
-from coupling.testkit.checks.liquid import (
-    assert_dry,
-    assert_no_leak,
-    assert_oil_retained,
-    assert_pressure_hydrostatic,
-    assert_volume,
-)
-from coupling.testkit.checks.motion import (
+from coupling.testkit.body_checks import (
     assert_added_mass,
     assert_damping,
+    assert_draft,
     assert_force,
+    assert_heel,
     assert_joint_gap,
+    assert_metacentric_height,
     assert_period,
     assert_tension,
     assert_terminal_speed,
+    assert_trim,
 )
-from coupling.testkit.checks.waves import assert_reflection, assert_wave_height
 from coupling.testkit.claims import (
     assert_converges,
     assert_fmu_agrees,
@@ -39,16 +33,25 @@ from coupling.testkit.claims import (
     assert_restarts_exactly,
     assert_same_at_half_step,
     assert_same_on_threads,
+    fails_in_order,
+    goes_on_in_order,
+    viewer_fails_in_order,
 )
-from coupling.testkit.endings import fails_in_order, goes_on_in_order, viewer_fails_in_order
-from coupling.testkit.fault_plan import FaultPlan
-from coupling.testkit.faults import Fault, FaultyObserver, FaultyParticipant
-from coupling.testkit.history import History
-from coupling.testkit.pools import pool
-from coupling.testkit.readings import Basin, Readings
+from coupling.testkit.faults import Fault, FaultPlan, FaultyObserver, FaultyParticipant
+from coupling.testkit.liquid_checks import (
+    assert_dry,
+    assert_energy_not_created,
+    assert_momentum_conserved,
+    assert_no_leak,
+    assert_oil_retained,
+    assert_pressure_hydrostatic,
+    assert_reflection,
+    assert_volume,
+    assert_wave_height,
+)
+from coupling.testkit.readings import Basin, History, Readings, readings_of
 from coupling.testkit.scene import Scene
-from coupling.testkit.sources import readings_of
-from coupling.testkit.tanks import TankScene, empty_space, flume, tank, wave_maker
+from coupling.testkit.tanks import TankScene, empty_space, flume, pool, tank, wave_maker
 from coupling.testkit.verdict import CheckFailed
 from coupling.testkit.watched_world import WatchedWorld, watch
 

@@ -1,9 +1,14 @@
-"""Checks of the numerics: convergence, half the step, threads, recordings, FMUs, restarts."""
+"""Checks of the numerics: convergence, half the step, threads, recordings, FMUs, restarts.
+
+Checks of a run that fails or goes on after a fault: who is named, when, and that all are told.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -12,12 +17,13 @@ from typing import Any, Protocol, Self
 import numpy as np
 import numpy.typing as npt
 
+from coupling.master.co_simulation import CoSimulation
+from coupling.master.errors import CoSimulationError
 from coupling.master.participant import Causality, Participant
+from coupling.testkit.faults import ON_PURPOSE
 from coupling.testkit.fits import order_of_convergence
-from coupling.testkit.history import BodyTrack
-from coupling.testkit.readings import Readings
-from coupling.testkit.sources import readings_of
-from coupling.testkit.verdict import CheckFailed, Context, require_at_most
+from coupling.testkit.readings import BodyTrack, History, Readings, readings_of
+from coupling.testkit.verdict import CheckFailed, Context, require_at_most, require_near
 from recordings.files.checkpoint import state_hash
 
 Array = npt.NDArray[np.float64]
@@ -152,7 +158,7 @@ def assert_matches_recording(source: object, file: str | Path, *, within: Mappin
         raise FileNotFoundError(
             f"reference recording {path} does not exist, allowed: a file, which --oilsim-update writes"
         )
-    from coupling.testkit.sources import readings_of_recording
+    from coupling.testkit.readings import readings_of_recording
     from recordings.replay.replay_check import is_of_the_machine
 
     then = readings_of_recording(path)
@@ -250,3 +256,88 @@ def _common(time: Array, value: Array, time_now: Array, value_now: Array) -> tup
             0.0, None, 0.0, "s", Context(),
         )  # fmt: skip
     return time[rows], value[rows], value_now[rows_now]
+
+
+class Ending(Protocol):
+    """A run that has a simulation and a history: a scene, a scenario run."""
+
+    @property
+    def simulation(self) -> CoSimulation:
+        """The coupled run."""
+
+    @property
+    def history(self) -> History:
+        """The history of the run."""
+
+
+@contextmanager
+def fails_in_order(run: Ending, *, participant: str, at: float | None = None, match: str = "") -> Iterator[None]:
+    """Require that the block's steps end the run in order: by a CoSimulationError that names the participant and the time.
+
+    at [s]: communication point at which the failing step began, to half a step; None: any. match: regular expression for the message.
+    Afterwards the run must not go on, and the history must have been told the reason. Raises AssertionError for anything else.
+    """
+    simulation = run.simulation
+    try:
+        yield
+    except CoSimulationError as error:
+        failure = error
+    else:
+        raise _went_on(simulation, repr(participant))
+    if failure.participant != participant:
+        raise AssertionError(f"{failure.participant!r} is named ({failure}), expected: {participant!r}") from failure
+    if at is not None:
+        half = 0.5 * simulation.communication_point.step_size
+        require_near(f"time at which {participant!r} fails", failure.time, at, half, "s")
+    _require_end(run, failure, str(failure), match)
+
+
+@contextmanager
+def viewer_fails_in_order(run: Ending, *, match: str = "") -> Iterator[None]:
+    """Require that an observer that raises in the block's steps ends the run in order: participants end, and other observers are told.
+
+    match: regular expression for the observer's error, which the block raises as it is. Raises AssertionError for anything else.
+    """
+    simulation = run.simulation
+    try:
+        yield
+    except CoSimulationError as error:
+        raise AssertionError(f"{error.participant!r} is named ({error}), expected: an observer fails") from error
+    except Exception as error:
+        failure = error
+    else:
+        raise _went_on(simulation, "a viewer")
+    _require_end(run, failure, f"failed: {failure}", match)
+
+
+@contextmanager
+def goes_on_in_order(run: Ending, *, match: str = "") -> Iterator[None]:
+    """Require that the run goes on through the block, although something fails in it, and that its log tells of that.
+
+    match: regular expression for the text of the event, "fault on purpose" for any planned fault. Raises AssertionError for a run that
+    ends, and where nothing is told.
+    """
+    simulation, before = run.simulation, len(run.history.events)
+    try:
+        yield
+    except Exception as error:
+        raise AssertionError(f"the run failed: {error}, expected: it goes on") from error
+    if not simulation.is_running:
+        raise AssertionError(f"the run has ended: {run.history.ended!r}, expected: it goes on")
+    told = [event.text for event in run.history.events[before:]]
+    if not any(re.search(match or ON_PURPOSE, text) for text in told):
+        raise AssertionError(f"the log tells of {told}, expected: {match or ON_PURPOSE!r}")
+
+
+def _went_on(simulation: CoSimulation, who: str) -> AssertionError:
+    return AssertionError(f"the run went on to {simulation.communication_point.time:g} s, expected: {who} ends it")
+
+
+def _require_end(run: Ending, failure: Exception, reason: str, match: str) -> None:
+    """Require that the failure says `match`, that the run has ended, and that the history was told the reason."""
+    if not re.search(match, str(failure)):
+        raise AssertionError(f"the failure says {str(failure)!r}, expected: {match!r}") from failure
+    if run.simulation.is_running:
+        raise AssertionError(f"the run goes on after {str(failure)!r}, expected: its end") from failure
+    if reason not in run.history.ended:
+        raise AssertionError(f"observers were told {run.history.ended!r} at the end, expected: {reason!r}") from failure

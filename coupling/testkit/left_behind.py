@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from coupling.testkit.history import History
+from coupling.testkit.readings import History
 from recordings.files.checkpoint import Checkpoint, save_checkpoint, state_hash
 from recordings.model.frame import Frame, RunDescription
 

@@ -1,10 +1,18 @@
-"""Readings of a run, as checks take them: alike for scenes, pybullet worlds, scenario runs and recordings."""
+"""Readings of a run, as checks take them: alike for scenes, pybullet worlds, scenario runs and recordings.
+
+The history of a run in memory: all motions and series, and frames with particles at a low rate.
+
+Sources of readings: live runs, and recordings.
+"""
 
 from __future__ import annotations
 
+import sys
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NoReturn, Protocol, runtime_checkable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -13,10 +21,120 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from coupling.solids.hydrostatics import hydrostatics
-from coupling.testkit.history import BodyTrack, History, Track
 from coupling.testkit.verdict import Context
 from oilsim import Fluid
-from recordings.model.frame import RunDescription
+from recordings.model.entity_paths import scalar, scalar_name
+from recordings.model.frame import BodyFrame, Event, Frame, RunDescription
+
+if TYPE_CHECKING:
+    from recordings.replay.recording import Replay
+
+MOST_BYTES = 64e6  # [B] of particles in memory; chosen: as much as a small test's own simulators take
+FRAME_RATE = 25.0  # [1/s] of frames with particles; chosen: the usual rate of recordings, see scenarios.schema
+_MOTION = slice(1, 20)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyTrack:
+    """A body over time.
+
+    time (N,) [s], pose (N, 7) [m, 1], twist (N, 6) [m/s, rad/s], wrench (N, 6) [N, N m] of the fluid, tension (N,)
+    [N].
+    """
+
+    time: Array
+    pose: Array
+    twist: Array
+    wrench: Array
+    tension: Array
+
+    def last(self) -> BodyFrame:
+        """Return the body at the last instant."""
+        return BodyFrame(
+            position=self.pose[-1, :3], orientation=self.pose[-1, 3:], linear_velocity=self.twist[-1, :3],
+            angular_velocity=self.twist[-1, 3:], wrench=self.wrench[-1], tension=float(self.tension[-1]),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A series: time (N,) [s], and value (N,) in its own unit."""
+
+    time: Array
+    value: Array
+
+
+class History:
+    """An observer that keeps what it is shown.
+
+    Motions and series are kept at every communication point; frames with particles at FRAME_RATE, if `keeps_particles`. If these exceed
+    MOST_BYTES, every second one is dropped, and the rate halves.
+
+    run: the run's description, None before its beginning. time [s]: of the last frame.
+    """
+
+    def __init__(self, *, keeps_particles: bool = False) -> None:
+        self.run: RunDescription | None = None
+        self.frames: list[Frame] = []
+        self.events: list[Event] = []
+        self.ended = ""
+        self.time = 0.0
+        self._interval = 1.0 / FRAME_RATE if keeps_particles else np.inf
+        self._due = -np.inf if keeps_particles else np.inf
+        self._bytes = 0
+        self._bodies: dict[str, list[Array]] = defaultdict(list)
+        self._series: dict[str, list[tuple[float, float]]] = defaultdict(list)
+
+    def initialized(self, run: RunDescription) -> None:
+        """Take note of the run's description."""
+        self.run = run
+
+    def step_completed(self, frame: Frame) -> None:
+        """Keep motions and series of the frame, and the frame itself with its particles if it is due."""
+        self.time = frame.time
+        for name, body in frame.bodies.items():
+            self._bodies[name].append(np.array([frame.time, *body.motion, body.tension]))
+        for name, value in frame.scalars.items():
+            self._series[scalar_name(scalar(name))].append((frame.time, value))
+        if frame.time >= self._due - 1e-9:
+            self._due = frame.time + self._interval
+            self._keep(frame)
+
+    def event(self, event: Event) -> None:
+        """Keep a line of the log."""
+        self.events.append(event)
+
+    def terminated(self, reason: str) -> None:
+        """Take note of the run's end."""
+        self.ended = reason
+
+    def bodies(self) -> dict[str, BodyTrack]:
+        """Return the motion of each body so far."""
+        tracks = {}
+        for name, kept in self._bodies.items():
+            rows = np.array(kept)
+            pose, twist, wrench = np.split(rows[:, _MOTION], [7, 13], axis=1)
+            tracks[name] = BodyTrack(time=rows[:, 0], pose=pose, twist=twist, wrench=wrench, tension=rows[:, 20])
+        return tracks
+
+    def series(self) -> dict[str, Track]:
+        """Return each series so far."""
+        return {name: Track(*np.array(kept, dtype=np.float64).T) for name, kept in self._series.items()}
+
+    def keep_last(self, frame: Frame) -> None:
+        """Keep a frame with its particles although it is not due: the moment of a failure."""
+        if not self.frames or self.frames[-1].index < frame.index:
+            self._keep(frame)
+
+    def _keep(self, frame: Frame) -> None:
+        """Read the particles now, since they move on, and thin the frames out if they are too large."""
+        self._bytes += sum(phase.position.nbytes + phase.id.nbytes for phase in frame.phases.values())
+        self._bytes += sum(ids.nbytes for ids in frame.lost.values())
+        self.frames.append(frame)
+        if self._bytes > MOST_BYTES and len(self.frames) > 2:
+            del self.frames[1:-1:2]
+            self._bytes, self._interval = self._bytes // 2, 2.0 * self._interval
+
 
 Array = npt.NDArray[np.float64]
 
@@ -167,3 +285,78 @@ def history_readings(history: History, **terms: Any) -> Readings:
 
 def _refuse(text: str) -> NoReturn:
     raise TypeError(text)
+
+
+TANK = "tank"  # the name of a tank's walls in every recording
+
+
+def readings_of(source: object) -> Readings:
+    """Return the readings of a scene, a watched world, a scenario run, a recording or its file; TypeError for anything else."""
+    if isinstance(source, Readings):
+        return source
+    if isinstance(source, str | Path) or _is_replay(source):
+        return readings_of_recording(source)
+    if not isinstance(source, Readable):
+        allowed = "a scene, a watched world (coupling.testkit.watch), a scenario run, a recording or its file"
+        raise TypeError(f"a check is given {source!r}, allowed: {allowed}")
+    return source.readings()
+
+
+def _is_replay(source: object) -> TypeGuard[Replay]:
+    """Tell whether a source is a recording that has been opened; without one, nothing that reads recordings has been imported."""
+    module = sys.modules.get("recordings.replay.recording")
+    return module is not None and isinstance(source, module.Replay)
+
+
+def readings_of_recording(source: str | Path | Replay) -> Readings:
+    """Return the readings of a recording; RecordingError if it cannot be read."""
+    from recordings.replay.moments import recorded_steps
+    from recordings.replay.recording import Replay
+
+    replay = source if isinstance(source, Replay) else Replay(source)
+    bodies = {
+        name: BodyTrack(time=one.time, pose=one.pose, twist=one.twist, wrench=one.wrench, tension=one.tension)
+        for name, one in replay.bodies.items()
+    }
+
+    def particles(phase: str) -> Array:
+        steps = replay.phase_times(phase).index
+        frames = replay.phase_frames(phase, {int(steps[-1])}) if len(steps) else ()
+        return next((frame.position.astype(np.float64) for _, _, frame in frames), np.empty((0, 3)))
+
+    return Readings(
+        run=replay.run,
+        time=recorded_steps(replay)[-1][1],
+        bodies=bodies,
+        series={name: Track(one.time, one.value) for name, one in replay.scalars.items() if one.value.ndim == 1},
+        particles=particles,
+        basin=basin_of(replay.run),
+        source=f"the recording {replay.path.name}",
+    )
+
+
+def basin_of(run: RunDescription) -> Basin | None:
+    """Return the upright tank whose walls are in the description; None without one.
+
+    The first layer of wall particles stands half a spacing behind the surface, so the walls' innermost points tell where the inside ends.
+    """
+    walls = run.boundaries.get(TANK)
+    if walls is None or run.dimension != 3:
+        return None
+    middle = 0.5 * (walls.min(axis=0) + walls.max(axis=0)).astype(np.float64)
+    upper_half = walls[walls[:, 2] > middle[2]].astype(np.float64)  # sides only, without the floor
+    if not len(upper_half):
+        return None
+    inside = []
+    for axis in (0, 1):
+        below, above = upper_half[:, axis] < middle[axis], upper_half[:, axis] > middle[axis]
+        other = np.abs(upper_half[:, 1 - axis] - middle[1 - axis]) < 0.75 * run.particle_spacing  # off the corners
+        if not ((below & other).any() and (above & other).any()):
+            return None
+        inside.append(
+            upper_half[above & other, axis].min() - upper_half[below & other, axis].max() - run.particle_spacing
+        )
+    center = (np.abs(walls[:, :2] - middle[:2]) < 0.75 * run.particle_spacing).all(axis=1)
+    if not center.any():
+        return None
+    return Basin(float(inside[0] * inside[1]), float(walls[center, 2].max()) + 0.5 * run.particle_spacing)

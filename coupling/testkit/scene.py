@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from types import TracebackType
 from typing import Any, Literal
 
 import numpy as np
@@ -18,7 +16,7 @@ from coupling.master.body_exchange import BodyExchange
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import ExchangeLedger
-from coupling.master.observer_dispatch import Observer, Watching
+from coupling.master.observer_dispatch import CommunicationPoint, Watching
 from coupling.master.participant import Array, Participant
 from coupling.multibody.prescribed_motion import AT_REST, STILL, UPRIGHT, PrescribedMotion, Quaternion, Twist, Vector
 from coupling.solids.bodies import MassProperties, mass_properties
@@ -26,13 +24,12 @@ from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.solid_mesh import told_solid
 from coupling.solids.surface_sampling import particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
-from coupling.testkit.fault_plan import FaultPlan
-from coupling.testkit.frames import SceneFrames, describe, turnover, with_particles
-from coupling.testkit.history import History
-from coupling.testkit.readings import Basin, Live, Readings, history_readings, placed, still_level
+from coupling.testkit.faults import FaultPlan
+from coupling.testkit.readings import Basin, placed, still_level
+from coupling.testkit.run import TestRun, describe, phase_frames, turnover
 from oilsim import Fluid, FluidConfig, block, tank_walls
 from oilsim.fluid.checks import finite
-from recordings.model.frame import Frame
+from recordings.model.frame import BodyFrame, Frame
 
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 STEP = 0.01  # [s]
@@ -40,13 +37,11 @@ OFF_CENTER = 1e-6  # of a mesh's size: distance of its centre of mass from its o
 TOUCHING = 0.5  # spacings that bodies may lie in each other at the start: rigid shapes of free bodies are convex
 
 
-class Scene:
+class Scene(TestRun):
     """A fluid and rigid bodies under the master: add bodies, then liquid around them, then run.
 
-    fluid, world: the simulators. simulation: the coupled run, made at the first access. exchange, ledger: coupling and accounts of the run;
-    None before. faults: what is to fail, see `coupling.testkit.fault_plan`. history: what happened so far.
-
-    Use a scene in a `with` block, which ends the run.
+    fluid, world: the simulators. exchange, ledger: coupling and accounts of the run; None before. faults: what is to fail, see
+    `coupling.testkit.faults`.
     """
 
     def __init__(
@@ -58,42 +53,20 @@ class Scene:
         exchange: ExchangeOptions = MONOLITHIC,
         name: str = "scene",
     ) -> None:
-        self.name = name
+        super().__init__(name)
         self.fluid = Fluid(config, threads)
         self.world = RigidBodyWorld(gravity=config.gravity, communication_step=communication_step)
         self.meshes: dict[str, trimesh.Trimesh] = {}
         self._handles: dict[str, int] = {}
         self._step = communication_step
         self._options = exchange
-        self._simulation: CoSimulation | None = None
         self.exchange: BodyExchange | None = None
         self.ledger: ExchangeLedger | None = None
         self.faults = FaultPlan()
-        self.history = History()
         self._others: list[Participant] = []
         self._connections: list[Connection] = []
-        self._observers: list[Observer] = []
         self._gauges: dict[str, tuple[float, float]] = {}
         self._basin: Basin | None = None
-        self._is_closed = False
-
-    def __enter__(self) -> Scene:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the run and release the fluid and the world."""
-        if self._is_closed:
-            return
-        self._is_closed = True
-        if self._simulation is not None:
-            self._simulation.terminate()
-        self.fluid.close()
-        self.world.close()
 
     def add_walls(self, lower: Vector, upper: Vector, *, no_slip: bool = False, basin: Basin | None = None) -> None:
         """Add a tank that is open at the top, with its inside from `lower` to `upper` [m].
@@ -165,32 +138,6 @@ class Scene:
         """Particle spacing [m]."""
         return self.fluid.config.particle_spacing
 
-    @property
-    def simulation(self) -> CoSimulation:
-        """The coupled run, made at the first access; no bodies can be added afterwards."""
-        if self._simulation is None:
-            self._simulation = self._coupled()
-            self._simulation.initialize()
-        return self._simulation
-
-    def run(self, duration: float) -> None:
-        """Run for `duration` [s], in whole communication steps; ValueError for a duration that is not above 0."""
-        if not (math.isfinite(duration) and duration > 0.0):
-            raise ValueError(f"scene: duration of the run is {duration} s, allowed: above 0")
-        self.simulation.run(self.simulation.communication_point.time + duration)
-
-    def step(self) -> None:
-        """Make one communication step."""
-        self.simulation.step()
-
-    def save_state(self) -> dict[str, Any]:
-        """Return all that the next step depends on, as plain data; the run begins if it has not."""
-        return self.simulation.save_state()
-
-    def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go on from a state that `save_state` returned, here or in a scene built alike; CoSimulationError if it does not fit."""
-        self.simulation.restore_state(saved)
-
     def momentum(self) -> Array:
         """Return the momentum (6,) of fluid and free bodies: linear [kg m/s], and angular about the origin [kg m2/s]."""
         liquid = np.concatenate([self.fluid.momentum(), self.fluid.angular_momentum()])
@@ -230,29 +177,19 @@ class Scene:
         self._others.append(participant)
         self._connections += connections
 
-    def watch(self, observer: Observer) -> None:
-        """Show the run to an observer, a `Recorder` for example; ValueError once the run has begun."""
-        self._require_not_begun(f"observer {type(observer).__name__}")
-        self._observers.append(observer)
+    def _begun_simulation(self) -> CoSimulation:
+        simulation = self._coupled()
+        simulation.initialize()
+        return simulation
 
-    def readings(self) -> Readings:
-        """Return the readings of the run up to now; the run begins if it has not."""
-        if self._simulation is None:
-            _ = self.simulation
-        return history_readings(
-            self.history,
-            particles=lambda phase: self.fluid.phase_positions(phase).astype(np.float64),
-            gravity=abs(self.fluid.config.gravity[2]),
-            basin=self._basin,
-            live=Live(
-                fluid=self.fluid,
-                step=self.step,
-                momentum=self.world.momentum,
-                energy=self.world.energy,
-                turnover=partial(turnover, self.world, self.meshes),
-            ),
-            source=f"the {self.name}",
-        )
+    def _terms(self) -> dict[str, Any]:
+        world = self.world
+        turned = partial(turnover, world, self.meshes)
+        return self._fluid_terms(self.fluid, self._basin, momentum=world.momentum, energy=world.energy, turnover=turned)
+
+    def _release(self) -> None:
+        self.fluid.close()
+        self.world.close()
 
     def _coupled(self) -> CoSimulation:
         if self.meshes:
@@ -273,16 +210,11 @@ class Scene:
             ),
         )
 
-    def last_frame(self) -> Frame:
-        """Return the frame of the present moment, with its particles."""
-        return with_particles(self._frames()(self.simulation.communication_point))
+    def _last_frame(self) -> Frame:
+        return self._frames()(self.simulation.communication_point)
 
     def _frames(self) -> SceneFrames:
         return SceneFrames(self.fluid, self.world, self._gauges)
-
-    def _require_not_begun(self, what: str) -> None:
-        if self._simulation is not None:
-            raise ValueError(f"scene: {what} is added after the run has begun, allowed: before")
 
     def _refuse_overlaps(self) -> None:
         """Refuse bodies that lie deep in each other or in a side, since the first step would throw them apart."""
@@ -293,6 +225,44 @@ class Scene:
                 raise ValueError(
                     f"scene: body {one!r} lies {depth:.2g} m deep in {where} at the start, allowed: up to {allowed:.2g} m"
                 )
+
+
+class SceneFrames:
+    """Makes the frames of a scene: bodies, gauges and tensions at once, particles on request.
+
+    gauges: places (x, y) [m] of wave gauges by name, the series `probes/NAME` [m].
+    """
+
+    def __init__(self, fluid: Fluid, world: RigidBodyWorld, gauges: Mapping[str, tuple[float, float]]) -> None:
+        self._fluid, self._world = fluid, world
+        self._gauges = tuple(gauges)
+        self._places = np.array(list(gauges.values()), dtype=np.float64).reshape(-1, 2)
+
+    def __call__(self, point: CommunicationPoint) -> Frame:
+        """Return the frame at a communication point."""
+        fluid, world = self._fluid, self._world
+        scalars = {f"tension/{name}": world.tension(name) for name in (*world.joint_names, *world.lines.names)}
+        if self._gauges:
+            heights = fluid.surface_height_at(self._places).tolist()
+            scalars |= {f"probes/{name}": height for name, height in zip(self._gauges, heights, strict=True)}
+        return Frame(
+            index=point.index,
+            time=point.time,
+            bodies={name: self._body(name) for name in world.body_names},
+            scalars=scalars,
+            read_phases=lambda: phase_frames(fluid),
+        )
+
+    def _body(self, name: str) -> BodyFrame:
+        world = self._world
+        pose, twist = world.pose(name), world.twist(name)
+        return BodyFrame(
+            position=pose[:3],
+            orientation=pose[3:],
+            linear_velocity=twist[:3],
+            angular_velocity=twist[3:],
+            wrench=world.wrench(name),
+        )
 
 
 def _require_centered(name: str, mesh: trimesh.Trimesh, properties: MassProperties) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,9 +12,8 @@ from coupling.bullet.plugin import FluidWorld
 from coupling.bullet.pybullet_import import pybullet
 from coupling.bullet.shapes import link_mesh, link_pose
 from coupling.master.observer_dispatch import CommunicationPoint, Observer
-from coupling.testkit.frames import describe, particles_of, with_particles
-from coupling.testkit.history import History
-from coupling.testkit.readings import Array, Basin, Live, Readings, history_readings
+from coupling.testkit.readings import Array, Basin
+from coupling.testkit.run import TestRun, describe, phase_frames
 from recordings.model.frame import BodyFrame, Frame
 
 LinkKey = tuple[int, int]
@@ -34,29 +34,24 @@ def watch(
     return WatchedWorld(world, bodies, basin=basin, name=name)
 
 
-class WatchedWorld:
+class WatchedWorld(TestRun):
     """Steps a `FluidWorld` and keeps its history; made by `watch`. ValueError for a body without a collision shape."""
 
     def __init__(
         self, world: FluidWorld, bodies: Mapping[str, int | LinkKey], *, basin: Basin | None, name: str
     ) -> None:
-        self.world, self.name, self.history = world, name, History()
+        super().__init__(name)
+        self.world = world
         self._keys: dict[str, LinkKey] = {
             one: key if isinstance(key, tuple) else (key, -1) for one, key in bodies.items()
         }
-        self._basin, self._observers, self._index, self._has_begun = basin, list[Observer](), 0, False
+        self._basin, self._index, self._has_begun = basin, 0, False
         self._meshes = {}
         for one, (body, link) in self._keys.items():
             mesh = link_mesh(world.client, body, link)
             if mesh is None:
                 raise ValueError(f"{one!r}: link {link} of body {body} has no collision shape, allowed: links with one")
             self._meshes[one] = mesh
-
-    def watch(self, observer: Observer) -> None:
-        """Show the run to an observer; ValueError once it has begun."""
-        if self._has_begun:
-            raise ValueError(f"observer {type(observer).__name__} is added after the run has begun, allowed: before")
-        self._observers.append(observer)
 
     def step(self) -> None:
         """Make one step of fluid and client."""
@@ -68,28 +63,13 @@ class WatchedWorld:
     def run(self, duration: float) -> None:
         """Run for `duration` [s], in whole steps of the client; ValueError for a duration that is not above 0."""
         if not duration > 0.0:
-            raise ValueError(f"duration of the run is {duration} s, allowed: above 0")
+            raise ValueError(f"{self.name}: duration of the run is {duration} s, allowed: above 0")
         for _ in range(max(1, round(duration / self._step_size()))):
             self.step()
 
-    def readings(self) -> Readings:
-        """Return the readings of the run up to now."""
-        self._begin()
-        fluid = self.world.fluid
-        return history_readings(
-            self.history,
-            particles=lambda phase: fluid.phase_positions(phase).astype(np.float64),
-            gravity=abs(fluid.config.gravity[2]),
-            basin=self._basin,
-            live=Live(
-                fluid=fluid, step=self.step, momentum=self._momentum, energy=self._energy, turnover=self._turnover
-            ),
-            source=f"the {self.name}",
-        )
-
-    def last_frame(self) -> Frame:
-        """Return the frame of the present moment, with its particles."""
-        return with_particles(self._frame())
+    def _terms(self) -> dict[str, Any]:
+        terms = {"momentum": self._momentum, "energy": self._energy, "turnover": self._turnover}
+        return self._fluid_terms(self.world.fluid, self._basin, **terms)
 
     def close(self) -> None:
         """Tell observers of the end; fluid and client stay their owner's."""
@@ -105,6 +85,10 @@ class WatchedWorld:
                 observer.initialized(run)
             self._show()
 
+    def _require_not_begun(self, what: str) -> None:
+        if self._has_begun:
+            raise ValueError(f"{self.name}: {what} is added after the run has begun, allowed: before")
+
     def _everybody(self) -> Sequence[Observer]:
         return (self.history, *self._observers)
 
@@ -112,18 +96,18 @@ class WatchedWorld:
         return float(pybullet.getPhysicsEngineParameters(physicsClientId=self.world.client)["fixedTimeStep"])
 
     def _show(self) -> None:
-        frame = self._frame()
+        frame = self._last_frame()
         for observer in self._everybody():
             observer.step_completed(frame)
 
-    def _frame(self) -> Frame:
+    def _last_frame(self) -> Frame:
         fluid = self.world.fluid
         point = CommunicationPoint(self._index, self._index * self._step_size(), self._step_size())
         return Frame(
             index=point.index,
             time=point.time,
             bodies={name: self._body(key) for name, key in self._keys.items()},
-            read_phases=lambda: particles_of(fluid),
+            read_phases=lambda: phase_frames(fluid),
         )
 
     def _body(self, key: LinkKey) -> BodyFrame:

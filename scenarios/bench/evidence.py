@@ -20,8 +20,8 @@ import pytest
 from coupling.master.blas_threads import one_blas_thread
 from coupling.master.observer_dispatch import Observer
 from coupling.testkit.claims import Reference
-from coupling.testkit.history import History
 from coupling.testkit.left_behind import draw_moment, write_checkpoint, write_recording
+from coupling.testkit.readings import History
 from coupling.testkit.verdict import CheckFailed
 from recordings.files.checkpoint import CheckpointError
 from recordings.files.errors import RecordingError

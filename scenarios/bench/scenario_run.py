@@ -5,19 +5,16 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 
 from coupling.master.co_simulation import CoSimulation
-from coupling.master.observer_dispatch import Observer
-from coupling.testkit.fault_plan import FaultPlan
-from coupling.testkit.frames import turnover, with_particles
-from coupling.testkit.history import History
-from coupling.testkit.readings import Basin, Live, Readings, history_readings
-from coupling.testkit.sources import basin_of
+from coupling.testkit.faults import FaultPlan
+from coupling.testkit.readings import basin_of
+from coupling.testkit.run import TestRun, turnover
 from recordings.model.frame import Frame
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
@@ -28,7 +25,7 @@ from scenarios.running.run_requests import RunRequests
 from scenarios.scenario import Scenario
 
 
-class ScenarioRun:
+class ScenarioRun(TestRun):
     """A run of a shipped scenario, a scenario file or a `Scenario`, on one thread unless `threads` says otherwise.
 
         with ScenarioRun("floating-box", "fluid.particle_spacing=0.1") as run:
@@ -49,19 +46,11 @@ class ScenarioRun:
         if isinstance(scenario, Scenario) and (settings or demo):
             raise ValueError(f"scenario run: settings {settings} change a Scenario, allowed: a name or a file")
         self.scenario = replace(loaded, run=replace(loaded.run, threads=threads))
-        self.history, self.faults = History(), FaultPlan()
+        super().__init__(f"scenario {self.scenario.name}")
+        self.faults = FaultPlan()
         self._plan = Plan(scenario=self.scenario)
-        self._observers: list[Observer] = []
         self._loop: RunLoop | None = None
         self._assembly: Assembly | None = None
-
-    def __enter__(self) -> ScenarioRun:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def assembly(self) -> Assembly:
@@ -70,20 +59,11 @@ class ScenarioRun:
             self._assembly = build(self.scenario, faults=self.faults)
         return self._assembly
 
-    @property
-    def simulation(self) -> CoSimulation:
-        """The coupled run, begun at the first access."""
-        return self._begun().simulation
-
-    def watch(self, observer: Observer) -> None:
-        """Show the run to an observer; ValueError once it has begun."""
-        if self._loop is not None:
-            raise ValueError(f"observer {type(observer).__name__} is added after the run has begun, allowed: before")
-        self._observers.append(observer)
-
     def step(self) -> None:
         """Make one communication step, with the orders that are due."""
-        self._begun().step()
+        self._begin()
+        assert self._loop is not None  # begun
+        self._loop.step()
 
     def run(self, duration: float | None = None) -> None:
         """Run for `duration` [s], in whole communication steps, or to the scenario's end; ValueError for a duration not above 0."""
@@ -110,50 +90,32 @@ class ScenarioRun:
             raise ValueError(
                 "scenario run: a state is restored after the run has begun, or with injects, allowed: before, without"
             )
-        self._begun(Restart(plan=self._plan, index=0, state=saved, source=Path("saved state")))
-
-    def readings(self) -> Readings:
-        """Return the readings of the run up to now; the run begins if it has not."""
-        _ = self.simulation
-        assembly, fluid = self.assembly, self.assembly.fluid
-        meshes = {solid.name: solid.placed.mesh for solid in assembly.solids}
-        world = assembly.world
-        return history_readings(
-            self.history,
-            particles=lambda phase: fluid.phase_positions(phase).astype(np.float64),
-            gravity=abs(fluid.config.gravity[2]),
-            basin=self._basin(),
-            live=Live(
-                fluid=fluid,
-                step=self.step,
-                momentum=(lambda: np.zeros(6)) if world is None else world.momentum,
-                energy=(lambda: 0.0) if world is None else world.energy,
-                turnover=lambda: (0.0, 0.0, 0.0) if world is None else turnover(world, meshes),
-            ),
-            source=f"the scenario {self.scenario.name}",
+        self._simulation = self._begun_simulation(
+            Restart(plan=self._plan, index=0, state=saved, source=Path("saved state"))
         )
 
-    def last_frame(self) -> Frame:
-        """Return the frame of the present moment, with its particles."""
-        return with_particles(self.assembly.frame_source(self.simulation.communication_point))
+    def _terms(self) -> dict[str, Any]:
+        world, fluid = self.assembly.world, self.assembly.fluid
+        basin = basin_of(self.assembly.description)
+        if world is None:
+            none = {"momentum": lambda: np.zeros(6), "energy": lambda: 0.0, "turnover": lambda: (0.0, 0.0, 0.0)}
+            return self._fluid_terms(fluid, basin, **none)
+        turned = partial(turnover, world, {solid.name: solid.placed.mesh for solid in self.assembly.solids})
+        return self._fluid_terms(fluid, basin, momentum=world.momentum, energy=world.energy, turnover=turned)
 
-    def close(self) -> None:
-        """End the run."""
-        if self._loop is not None:
-            self._loop.simulation.terminate()
-        elif self._assembly is not None:
+    def _last_frame(self) -> Frame:
+        return self.assembly.frame_source(self.simulation.communication_point)
+
+    def _release(self) -> None:
+        if self._loop is None and self._assembly is not None:
             for participant in self._assembly.participants:
                 participant.terminate()
             self._assembly.fluid.close()
 
-    def _begun(self, restart: Restart | None = None) -> RunLoop:
-        if self._loop is None:
-            simulation = self.assembly.co_simulation([self.history, *self._observers])
-            self._loop = RunLoop(
-                self._plan, self.assembly, simulation, requests=RunRequests(), keepers={}, checkpoints=None
-            )
-            self._loop.begin(restart)
-        return self._loop
-
-    def _basin(self) -> Basin | None:
-        return basin_of(self.assembly.description)
+    def _begun_simulation(self, restart: Restart | None = None) -> CoSimulation:
+        simulation = self.assembly.co_simulation([self.history, *self._observers])
+        self._loop = RunLoop(
+            self._plan, self.assembly, simulation, requests=RunRequests(), keepers={}, checkpoints=None
+        )
+        self._loop.begin(restart)
+        return simulation

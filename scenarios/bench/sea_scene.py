@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from types import TracebackType
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -10,11 +10,10 @@ import trimesh
 from coupling.bullet.rigid_body_participant import RigidBodyParticipant
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.co_simulation import CoSimulation
-from coupling.master.observer_dispatch import CommunicationPoint, Observer, Watching
+from coupling.master.observer_dispatch import CommunicationPoint, Watching
 from coupling.multibody.prescribed_motion import UPRIGHT, Quaternion, Vector
 from coupling.solids.bodies import mass_properties
-from coupling.testkit.history import History
-from coupling.testkit.readings import Readings, history_readings
+from coupling.testkit.run import TestRun
 from oilsim.loads.morison import FloatingBodies
 from oilsim.sea import Sea, SeaDescription
 from recordings.model.frame import BodyFrame, Frame, MeshDescription, RunDescription
@@ -29,33 +28,19 @@ def sea_scene(description: SeaDescription, *, communication_step: float = STEP) 
     return SeaScene(Sea(description), communication_step)
 
 
-class SeaScene:
+class SeaScene(TestRun):
     """Bodies that a sea loads: add them, then run.
 
-    sea, world: the sea and the rigid bodies. history: what happened so far; the series `probes/NAME` is the sea's height
-    [m] at a body. Use it in a `with` block, or as the fixture's.
+    sea, world: the sea and the rigid bodies. The series `probes/NAME` of the history is the sea's height [m] at a body.
     """
 
     def __init__(self, sea: Sea, communication_step: float) -> None:
-        self.sea, self.world, self.history = (
-            sea,
-            RigidBodyWorld(sub_step=communication_step, communication_step=communication_step),
-            History(),
-        )
+        super().__init__("analytic sea")
+        self.sea = sea
+        self.world = RigidBodyWorld(sub_step=communication_step, communication_step=communication_step)
         self._step = communication_step
         self._meshes: dict[str, trimesh.Trimesh] = {}
         self._models: dict[str, object] = {}
-        self._observers: list[Observer] = []
-        self._simulation: CoSimulation | None = None
-        self._is_closed = False
-
-    def __enter__(self) -> SeaScene:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def add_body(
         self, name: str, mesh: trimesh.Trimesh, *, density: float, position: Vector, orientation: Quaternion = UPRIGHT
@@ -71,59 +56,32 @@ class SeaScene:
         self.world.add_body(name, mesh, properties, position, orientation)
         self._meshes[name] = mesh
 
-    def watch(self, observer: Observer) -> None:
-        """Show the run to an observer; ValueError once it has begun."""
-        self._require_not_begun(f"observer {type(observer).__name__}")
-        self._observers.append(observer)
-
-    @property
-    def simulation(self) -> CoSimulation:
-        """The run, made at the first access; no bodies can be added afterwards."""
-        if self._simulation is None:
-            if self._models:
-                self.world.set_environment(FloatingBodies(list(self._models.values()), self.sea), list(self._models))  # type: ignore[arg-type]
-            description = RunDescription(
-                name="analytic sea",
-                particle_spacing=UNRESOLVED,
-                meshes={
-                    one: MeshDescription(vertices=mesh.vertices, faces=mesh.faces) for one, mesh in self._meshes.items()
-                },
-                properties={"detail": "none"},
-            )
-            self._simulation = CoSimulation(
-                [RigidBodyParticipant("bodies", self.world, answers=False)], [], self._step,
-                watching=Watching([self.history, *self._observers], self._frame, description),
-            )  # fmt: skip
-            self._simulation.initialize()
-        return self._simulation
-
-    def run(self, duration: float) -> None:
-        """Run for `duration` [s], in whole communication steps; ValueError for a duration that is not above 0."""
-        if not duration > 0.0:
-            raise ValueError(f"sea scene: duration of the run is {duration} s, allowed: above 0")
-        self.simulation.run(self.simulation.communication_point.time + duration)
-
-    def step(self) -> None:
-        """Make one communication step."""
-        self.simulation.step()
-
-    def readings(self) -> Readings:
-        """Return the readings of the run up to now; the run begins if it has not."""
-        _ = self.simulation
-        return history_readings(
-            self.history,
-            particles=lambda phase: np.empty((0, 3)),
-            gravity=self.sea.description.gravity,
-            source="the analytic sea",
+    def _begun_simulation(self) -> CoSimulation:
+        if self._models:
+            self.world.set_environment(FloatingBodies(list(self._models.values()), self.sea), list(self._models))  # type: ignore[arg-type]
+        description = RunDescription(
+            name="analytic sea",
+            particle_spacing=UNRESOLVED,
+            meshes={
+                one: MeshDescription(vertices=mesh.vertices, faces=mesh.faces) for one, mesh in self._meshes.items()
+            },
+            properties={"detail": "none"},
         )
+        simulation = CoSimulation(
+            [RigidBodyParticipant("bodies", self.world, answers=False)], [], self._step,
+            watching=Watching([self.history, *self._observers], self._frame, description),
+        )  # fmt: skip
+        simulation.initialize()
+        return simulation
 
-    def close(self) -> None:
-        """End the run and release the world."""
-        if not self._is_closed:
-            self._is_closed = True
-            if self._simulation is not None:
-                self._simulation.terminate()
-            self.world.close()
+    def _terms(self) -> dict[str, Any]:
+        return {"particles": lambda phase: np.empty((0, 3)), "gravity": self.sea.description.gravity}
+
+    def _last_frame(self) -> Frame:
+        return self._frame(self.simulation.communication_point)
+
+    def _release(self) -> None:
+        self.world.close()
 
     def _frame(self, point: CommunicationPoint) -> Frame:
         bodies = {}
@@ -136,7 +94,3 @@ class SeaScene:
         places = {name: body.position[:2] for name, body in bodies.items()}
         heights = {f"probes/{name}": float(self.sea.elevation(xy, point.time)) for name, xy in places.items()}
         return Frame(index=point.index, time=point.time, bodies=bodies, scalars=heights)
-
-    def _require_not_begun(self, what: str) -> None:
-        if self._simulation is not None:
-            raise ValueError(f"sea scene: {what} is added after the run has begun, allowed: before")

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 
     from coupling.fmu.isolated_fmu import Fmu
     from coupling.participants.slick import SlickParticipant
-    from coupling.testkit.fault_plan import FaultPlan
+    from coupling.testkit.faults import FaultPlan
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -33,7 +33,7 @@ from coupling.testkit import (
     assert_volume,
     assert_wave_height,
 )
-from coupling.testkit.history import BodyTrack, Track
+from coupling.testkit.readings import BodyTrack, Track
 from oilsim import block
 from oilsim.forcing import wave_number
 from recordings.model.frame import MeshDescription, PhaseDescription, RunDescription
