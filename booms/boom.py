@@ -14,8 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.fast_water.net import Net
-from booms.fast_water.pocket import Pocket
+from booms.fast_water import Net, Pocket
 from oilsim.core.physical_constants import SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, quantity_of, require
 

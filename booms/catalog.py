@@ -15,8 +15,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from booms.boom import Boom, BoomDesign
-from booms.fast_water.net import Net
-from booms.fast_water.pocket import Pocket
+from booms.fast_water import Net, Pocket
 from oilsim.core.physical_constants import KNOT, SEA_WATER_DENSITY
 
 Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net", "high-speed"]

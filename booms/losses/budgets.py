@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.losses.ways import WAYS
+from booms.losses.rates import WAYS
 from coupling.master.saved_fields import SavedFields
 from oilsim.slick.loss_cause import LossCause
 

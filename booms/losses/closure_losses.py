@@ -7,6 +7,12 @@ the top, behind the float. Volume, mass and momentum stay exact, and the lost oi
 A skirt of few particles lets oil through that a real one holds. So where the spacing does not resolve the flow under the foot, and the
 skirt stands, a particle that is lost there in excess of the closures is held back: it changes place with a water particle before the skirt.
 Where the skirt leans over, or half of it is out of the water, the particles go as they will.
+
+Lean: the draft that a leaning skirt still has, from its pose.
+
+In a run the pose is resolved; the skirt's foot and the local surface give the draft.
+
+The oil before each segment of a boom: which particle the water carries to which segment, and how much of it the boom holds up.
 """
 
 from __future__ import annotations
@@ -16,22 +22,26 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
 
 from booms.boom_state import BoomState, beside, nearest_image, signed_distance
 from booms.containment import ContainmentTracker, Standing
 from booms.losses.budgets import LossBudgets
-from booms.losses.lean import effective_draft
 from booms.losses.liquids import OilOnWater, mixed
-from booms.losses.rates import Closures, Drivers
+from booms.losses.rates import UNDER_FOOT, WAYS, Closures, Drivers
 from booms.losses.slick import front_thickness
-from booms.losses.strips import segments_ahead, standing_share
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
-from booms.losses.ways import UNDER_FOOT, WAYS
 from booms.scores import PLANING_ANGLE
 from coupling.master.saved_fields import SavedFields
 from oilsim import Fluid
 from oilsim.slick.loss_cause import LossCause
+
+
+def effective_draft(surface: ArrayLike, foot: ArrayLike) -> Array:
+    """Compute the draft from the local surface down to the foot (S,) [m], 0 for a foot out of the water; both heights (S,) [m]."""
+    return np.asarray(np.maximum(0.0, np.asarray(surface) - np.asarray(foot)))
+
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -304,3 +314,52 @@ class ClosureLosses(SavedFields):
         distance = ((position - place) ** 2).sum(axis=1)
         order = np.lexsort((particles.id[index], distance))
         return int(particles.id[index[order[0]]])
+
+
+def segments_ahead(points: Array, line: Array, flow: Array) -> NDArray[np.int64]:
+    """Return, for each point (N, 2) [m], the segment of `line` (S + 1, 2) to which the water carries it; -1 for none.
+
+    flow (2,) [m/s]: of the water relative to the boom. The segment is the first that a straight way along the flow meets. Without flow, and
+    where the way meets none, it is the nearest one within a segment's length.
+    """
+    found = np.empty(len(points), np.int64)
+    speed = float(np.hypot(*flow))
+    direction = np.asarray(flow, np.float64) / speed if speed > 1e-3 else np.zeros(2)
+    _find_segments(np.ascontiguousarray(points), np.ascontiguousarray(line), direction, found)
+    return found
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _find_segments(points: Array, line: Array, direction: Array, found: NDArray[np.int64]) -> None:
+    """Fill found (N,); see `segments_ahead`. direction (2,) is a unit vector or 0."""
+    for i in range(len(points)):
+        first, nearest, choice, beside = 1e300, 1e300, -1, -1
+        for k in range(len(line) - 1):
+            ax, ay = line[k, 0] - points[i, 0], line[k, 1] - points[i, 1]
+            ex, ey = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+            across = direction[0] * ey - direction[1] * ex
+            if abs(across) > 1e-12:
+                way = (ax * ey - ay * ex) / across
+                along = (ax * direction[1] - ay * direction[0]) / across
+                if way >= 0.0 and 0.0 <= along <= 1.0 and way < first:
+                    first, choice = way, k
+            length = ex * ex + ey * ey
+            part = min(max(-(ax * ex + ay * ey) / max(length, 1e-30), 0.0), 1.0)
+            gap = math.hypot(ax + part * ex, ay + part * ey)
+            if gap < nearest and gap * gap <= length:
+                nearest, beside = gap, k
+        found[i] = choice if choice >= 0 else beside
+
+
+def standing_share(
+    velocity: Array, segment: NDArray[np.int64], normal: Array, boom_velocity: Array, speed: Array
+) -> Array:
+    """Return how far each particle (N,) is held up, from 0, it moves with the water, to 1, it stands before its segment.
+
+    1 - (v - v_segment) . n / U, within 0 and 1. velocity (N, 2) [m/s]; segment (N,) from 0 on; normal (S, 2) outward; boom_velocity (S, 2)
+    and speed U (S,) [m/s] of the water against the segment. A slick that the water carries along is not torn by it.
+    """
+    drift = ((velocity - boom_velocity[segment]) * normal[segment]).sum(axis=1)
+    against = speed[segment]
+    share = 1.0 - np.divide(drift, against, out=np.ones_like(drift), where=against > 0.0)
+    return np.asarray(np.clip(share, 0.0, 1.0))

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.fast_water.pocket import Pocket
+from booms.fast_water import Pocket
 from booms.losses.liquids import OilOnWater
-from booms.losses.rates import Closures, Drivers
-from booms.losses.ways import OVER_TOP, UNDER_FOOT
+from booms.losses.rates import OVER_TOP, UNDER_FOOT, Closures, Drivers
 from oilsim.slick.loss_cause import LossCause, Pools
 
 Array = NDArray[np.float64]

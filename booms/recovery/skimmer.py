@@ -4,6 +4,12 @@ Oil passes a round mouth of diameter w in the mean time pi w / (4 U). U is the l
 (g' h)^(1/2), at which oil of thickness h flows towards a mouth that stands still. The mouth takes the share TE of the oil that passes.
 So it takes oil of volume V at the rate V U ln(1 / (1 - TE)) / (pi w / 4), and no more than N RE, with N the nameplate and RE the
 recovery efficiency.
+
+Planning formulas for skimming systems, after the Response Options Calculator (ROC) of NOAA and Genwest; SI units.
+
+Q = w V h is the oil that a swath w meets at a speed V in a slick of thickness h. A skimmer takes the share TE of it (throughput efficiency)
+in a fluid of which the share RE is oil (recovery efficiency); the fluid is Q TE / RE, at most the nameplate N of the pump. Where the pump
+limits it, TE falls to N RE / Q. The effective daily recovery capacity is N x 24 h x 20 % (33 CFR 155 appendix B, 30 CFR 254.44).
 """
 
 from __future__ import annotations
@@ -12,10 +18,18 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from booms.recovery.planning import daily_capacity
 from coupling.master.saved_fields import SavedFields
 from oilsim.core.physical_constants import GRAVITY, SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, require
+
+DERATING = 0.2  # [-] of a nameplate, for the effective daily recovery capacity (33 CFR 155 appendix B)
+DAY = 86400.0  # [s]
+
+
+def daily_capacity(nameplate: float) -> float:
+    """Compute the effective daily recovery capacity [m3 a day] of a nameplate [m3/s]."""
+    return nameplate * DAY * DERATING
+
 
 SkimmerKind = Literal["weir", "brush", "disc"]
 USUAL_EFFICIENCY: dict[str, tuple[float, float]] = {"weir": (0.75, 0.35), "brush": (0.75, 0.75), "disc": (0.75, 0.85)}

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from booms.containment import MODELLED, RESOLVED
-from booms.resolution import blockage_in_words, skirt_in_words
+from booms.losses.resolution import blockage_in_words, skirt_in_words
 from recordings.model.exercise import BoomDescription, WindowDescription
 from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
 
-# [1] particles over the skirt's depth, below which leakage is resolved coarsely; tuned; see `booms.resolution`
+# [1] particles over the skirt's depth, below which leakage is resolved coarsely; tuned; see `booms.losses.resolution`
 COARSE = 5.0
 COARSE_CLOSED = "The speed of the first loss is that of the closures, in the band of practice; the loss a minute is an order of magnitude."
 COARSE_ALONE = "Without closures the boom holds its oil at up to 1.8 times the speed at which real ones lose it."

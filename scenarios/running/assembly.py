@@ -49,8 +49,7 @@ from scenarios.watch.run_figures import RunFigures
 from scenarios.watch.run_totals import RunTotals
 from scenarios.watch.run_warnings import Remarks
 from scenarios.watch.skimmer_account import SkimmerAccounts
-from vessels.control import VesselControl
-from vessels.manual import ManualControl
+from vessels.control import ManualControl, VesselControl
 from vessels.vessel import Vessel
 from vessels.windage import Windage, WindOnBodies
 

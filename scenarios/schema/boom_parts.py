@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from booms.fast_water.net import Net
-from booms.fast_water.pocket import Pocket
+from booms.fast_water import Net, Pocket
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.parsing.quantity_fields import Section
 

@@ -12,7 +12,7 @@ from itertools import chain
 
 import numpy as np
 
-from booms.resolution import blockage_in_words, skirt_in_words
+from booms.losses.resolution import blockage_in_words, skirt_in_words
 from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words
 from scenarios.scenario import Scenario

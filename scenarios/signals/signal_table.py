@@ -23,8 +23,7 @@ from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.weather import ForcingSettings
 from scenarios.signals.weather_inputs import CurrentListener, set_current, set_wind
-from vessels.control import HELM_ORDERS
-from vessels.manual import MACHINERY_ORDERS
+from vessels.control import HELM_ORDERS, MACHINERY_ORDERS
 
 if TYPE_CHECKING:
     from booms.containment import ContainmentReport
@@ -32,8 +31,7 @@ if TYPE_CHECKING:
     from coupling.bullet.rigid_body_world import RigidBodyWorld
     from coupling.multibody.mooring_leg import MooringLeg
     from oilsim import Fluid
-    from vessels.control import VesselControl
-    from vessels.manual import ManualControl
+    from vessels.control import ManualControl, VesselControl
     from vessels.windage import WindOnBodies
 
 Array = NDArray[np.float64]

@@ -13,8 +13,7 @@ from scenarios.schema.weather import horizontal
 
 if TYPE_CHECKING:
     from oilsim import Fluid
-    from vessels.control import VesselControl
-    from vessels.manual import ManualControl
+    from vessels.control import ManualControl, VesselControl
     from vessels.windage import WindOnBodies
 
 

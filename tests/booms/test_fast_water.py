@@ -9,14 +9,11 @@ import pytest
 
 from booms.boom import BoomDesign
 from booms.catalog import catalogue
-from booms.fast_water.net import Net
-from booms.fast_water.pocket import Pocket
+from booms.fast_water import Net, Pocket
 from booms.loads import segment_loads, skirt_drag
-from booms.losses.accumulation import accumulation_rate
 from booms.losses.drainage import drainage_rate, held_thickness
 from booms.losses.liquids import OilOnWater
-from booms.losses.rates import Closures, Drivers
-from booms.losses.seepage import seepage_rate, seepage_speed
+from booms.losses.rates import Closures, Drivers, accumulation_rate, seepage_rate, seepage_speed
 from booms.losses.slick import boom_thickness
 from booms.losses.slick_losses import PooledBoom, SlickLosses
 from booms.segments import boom_segment

@@ -8,8 +8,7 @@ import pytest
 
 from vessels.drive import HARD_OVER, HULL_PLACE, HULL_SHARE, RUDDERS, WAKE, Drive, DriveModel
 from vessels.hull import float_hull, wigley_hull
-from vessels.hull_forces import HullForces, clarke_derivatives
-from vessels.wave_resistance import HullForm, entrance_angle, wave_resistance
+from vessels.hull_forces import HullForces, HullForm, clarke_derivatives, entrance_angle, wave_resistance
 
 SHIP = HullForm(length=205.0, beam=32.0, draft=10.0, volume=37500.0, waterplane=0.75 * 205.0 * 32.0, midship=0.98)
 DRIVE = DriveModel(Drive(diameter=1.1, spacing=2.4, rudder_area=1.2), 15.0, 40e3, 1027.0)

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vessels.control import VesselControl
+from vessels.control import ManualControl, VesselControl
 from vessels.course import Course, CourseLeg, course_through, wrap_angle
 from vessels.hull import float_hull, raked_barge
-from vessels.manual import ManualControl
 from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel, heading_of
 
 HULL = float_hull(raked_barge(1.2, 0.4, 0.12, 0.24, rake=0.1), 0.12, water_density=1000.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from booms.losses.budgets import WINDOW, LossBudgets
-from booms.losses.ways import OVER_TOP, WAYS
+from booms.losses.rates import OVER_TOP, WAYS
 from oilsim.slick.loss_cause import LossCause
 
 VOLUME = 1e-3

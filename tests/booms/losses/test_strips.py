@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from booms.losses.strips import segments_ahead, standing_share
+from booms.losses.closure_losses import segments_ahead, standing_share
 
 LINE = np.array([[2.0, 1.0], [0.0, 1.0], [0.0, 0.0], [0.0, -1.0], [2.0, -1.0]])  # a U that opens towards +x
 

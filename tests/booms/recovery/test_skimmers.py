@@ -1,4 +1,4 @@
-"""Skimmers against their formulas: planning rates, the share of passing oil, pump, storage, decanting and offload."""
+"""Skimmers against their formulas: the share of passing oil, pump, storage, decanting and offload."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import math
 import pytest
 from scipy.constants import foot, gallon, inch, knot
 
-from booms.recovery.planning import daily_capacity, recovery_rates, widest_swath
-from booms.recovery.skimmer import Skimmer, SkimmerDesign
+from booms.recovery.skimmer import Skimmer, SkimmerDesign, daily_capacity
 
 HOUR = 3600.0
 DESIGN = {
@@ -30,16 +29,8 @@ def test_encounter_is_that_of_the_calculator_in_its_own_units() -> None:
     assert volume / gallon * 60.0 == pytest.approx(63.13, rel=1e-3)
 
 
-def test_the_pump_limits_what_is_taken_and_the_swath_that_is_worth_it() -> None:
-    efficiency = {"throughput_efficiency": 0.75, "recovery_efficiency": 0.5, "nameplate": 0.02}
-    free = recovery_rates(0.01, **efficiency)
-    assert (free.oil, free.fluid, free.water) == pytest.approx((0.0075, 0.015, 0.0075))
-    limited = recovery_rates(0.04, **efficiency)
-    assert (limited.oil, limited.fluid) == pytest.approx((0.01, 0.02))
-    assert limited.throughput_efficiency == pytest.approx(0.25)
-    swath = widest_swath(1e-3, 0.5, **efficiency)
-    assert recovery_rates(swath * 0.5 * 1e-3, **efficiency).fluid == pytest.approx(0.02)
-    assert daily_capacity(40.0 / HOUR) == pytest.approx(192.0)
+def test_daily_capacity_is_a_fifth_of_the_nameplate() -> None:
+    assert daily_capacity(40.0 / HOUR) == pytest.approx(192.0)  # [m3] of 40 m3/h over 24 h
 
 
 def test_oil_that_passes_the_mouth_is_taken_by_its_share() -> None:

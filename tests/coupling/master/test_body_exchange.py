@@ -16,7 +16,7 @@ from coupling.master.connection import Link
 from coupling.master.errors import CoSimulationError
 from coupling.master.exchange_ledger import ENERGY_LIMIT
 from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
-from coupling.solids.added_mass import added_mass
+from coupling.participants.fluid import added_mass
 from coupling.solids.bodies import box, cylinder, sphere
 from coupling.solids.surface_sampling import boundary_particles
 from coupling.testkit import TankScene, tank

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from booms.resolution import skirt_in_words
+from booms.losses.resolution import skirt_in_words
 from scenarios.load import scenario_from
 from scenarios.setup.boom_remarks import blockage, boom_remarks
 from scenarios.setup.cost import estimate

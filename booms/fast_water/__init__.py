@@ -1,1 +1,0 @@
-"""Booms for fast water: nets, which let the water through, and pockets, which slow it."""
