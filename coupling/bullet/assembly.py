@@ -19,7 +19,7 @@ from functools import partial
 from coupling.bullet.client_links import ClientLinks
 from coupling.bullet.client_links_participant import ClientLinksParticipant, link_name
 from coupling.bullet.links import LinkKey
-from coupling.bullet.rigid_body_participant import Asked, RigidBodyParticipant
+from coupling.bullet.rigid_body_participant import Requested, RigidBodyParticipant
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme, require_scheme
 from coupling.master.co_simulation import CoSimulation
@@ -51,7 +51,7 @@ class ExchangeOptions:
         require_scheme("scheme of the bodies", self.scheme)
 
     @property
-    def bodies_answer(self) -> bool:
+    def bodies_give_mobility(self) -> bool:
         """True if the bodies tell the fluid themselves how they answer an impulse."""
         return self.scheme in (None, Scheme.MONOLITHIC)
 
@@ -107,14 +107,14 @@ def couple_world(
     handles: Mapping[str, int],
     world: RigidBodyWorld | None,
     options: ExchangeOptions = MONOLITHIC,
-    asked: Asked | None = None,
+    requested: Requested | None = None,
 ) -> CoupledBodies:
     """Couple a fluid with bodies of a rigid body world.
 
-    handles: the fluid's boundary of each body, by the body's name. world: None if the fluid has no bodies. asked: the variables that others
-    ask of the bodies, all if None.
+    handles: the fluid's boundary of each body, by the body's name. world: None if the fluid has no bodies. requested: the variables
+    that others ask of the bodies, all if None.
     """
-    return couple_participant(FluidParticipant(FLUID, fluid, handles), fluid, tuple(handles), world, options, asked)
+    return couple_participant(FluidParticipant(FLUID, fluid, handles), fluid, tuple(handles), world, options, requested)
 
 
 def couple_participant(
@@ -123,11 +123,11 @@ def couple_participant(
     names: tuple[str, ...],
     world: RigidBodyWorld | None,
     options: ExchangeOptions = MONOLITHIC,
-    asked: Asked | None = None,
+    requested: Requested | None = None,
 ) -> CoupledBodies:
     """Couple a fluid's own participant, called FLUID, with the named bodies of a rigid body world, which it has variables of.
 
-    asked: the variables that others ask of the bodies, all if None.
+    requested: the variables that others ask of the bodies, all if None.
     """
     free_names = () if world is None else world.free_body_names
     free = [name for name in names if name in free_names]
@@ -148,9 +148,13 @@ def couple_participant(
         bodies=None
         if world is None
         else RigidBodyParticipant(
-            BODIES, world, names if options.bodies_answer else (), answers=bool(names), asked=asked
+            BODIES,
+            world,
+            names if options.bodies_give_mobility else (),
+            gives_mobility=bool(names),
+            requested=requested,
         ),
-        connections=body_connections(names, answer=options.bodies_answer),
+        connections=body_connections(names, answer=options.bodies_give_mobility),
         exchange=BodyExchange(interfaces, iteration=options.iteration),
         ledger=ExchangeLedger(
             [BodyBond(name, FLUID, BODIES) for name in free],

@@ -58,12 +58,12 @@ class BulletClient:
         )
 
     def add_body(
-        self, mesh: trimesh.Trimesh, properties: MassProperties, *, is_free: bool, is_guided: bool, contact: bool, friction: float
+        self, mesh: trimesh.Trimesh, properties: MassProperties, *, is_free: bool, is_prescribed: bool, contact: bool, friction: float
     ) -> BulletBody:  # fmt: skip
-        """Add a body that is free, guided along a motion, or fixed; `mesh` is about its centre of mass. Friction coefficient [-]."""
+        """Add a body that is free, prescribed along a motion, or fixed; `mesh` is about its centre of mass. Friction coefficient [-]."""
         moments, axes = properties.principal_axes()
         shape = self._collision_shape(mesh, axes, is_free=is_free) if contact else -1
-        mass = properties.mass if is_free else UNYIELDING_MASS if is_guided else 0.0
+        mass = properties.mass if is_free else UNYIELDING_MASS if is_prescribed else 0.0
         turn = Rotation.from_matrix(axes)
         self._own = None
         body = BulletBody(self._call(pybullet.createMultiBody, mass, shape), turn, turn.inv().as_quat())

@@ -144,7 +144,7 @@ class DefaultsWatch:
                     f"resetJointState({body}, {joint}, ..., targetVelocity={(place[0] - last.place[0]) / duration:.3g})"
                 )
             self._tell(
-                (f"joint {joint} led", body),
+                (f"joint {joint} prescribed", body),
                 f"joint {joint} of body {body} is set step after step, but without a velocity, so that its link is at rest for the fluid; "
                 f"give resetJointState its targetVelocity, as in {call}",
             )
@@ -214,10 +214,12 @@ class DefaultsWatch:
             warnings.warn(text, stacklevel=6)
 
 
-def _is_astray(moved: Array, led: Array, led_before: Array) -> bool:
+def _is_astray(moved: Array, prescribed: Array, prescribed_before: Array) -> bool:
     """Tell whether a body moved otherwise than by its velocity, now or before; a body that turns round moves by something in between."""
     way = float(np.linalg.norm(moved))
-    return bool(np.linalg.norm(moved - led) - np.linalg.norm(led - led_before) > ASTRAY * way > LEAST_MOVE)
+    return bool(
+        np.linalg.norm(moved - prescribed) - np.linalg.norm(prescribed - prescribed_before) > ASTRAY * way > LEAST_MOVE
+    )
 
 
 def tell_inertia(body: int, link: int, mesh: trimesh.Trimesh, mass: float, inertia: Array) -> None:

@@ -83,11 +83,13 @@ class EngineStep:
             pose, twist = self._state.pose[body.row], self._state.twist[body.row]
             self._client.place(body.bullet, Motion(pose[:3], pose[3:], twist[:3], twist[3:]))
 
-    def step(self, free: Sequence[Body], led: Sequence[tuple[Body, Motion]], wrench: Array, sub_step: float) -> None:
-        """Move `free` bodies by `wrench` (B, 6) [N, N m] of all rows over `sub_step` [s], and guided ones (`led`) to their places."""
+    def step(
+        self, free: Sequence[Body], prescribed: Sequence[tuple[Body, Motion]], wrench: Array, sub_step: float
+    ) -> None:
+        """Move `free` bodies by `wrench` (B, 6) [N, N m] of all rows over `sub_step` [s], and `prescribed` ones to their places."""
         self.catch_up(free)
         rows, bullets, impulse = [body.row for body in free], [body.bullet for body in free], sub_step * wrench
-        for body, target in led:
+        for body, target in prescribed:
             self._aim(body, target, sub_step)
         handed = self._handed_over(free, rows, impulse, sub_step)
         self._client.set_velocities(bullets, handed)

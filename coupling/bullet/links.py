@@ -289,7 +289,7 @@ def read_links(client: int, bodies: Iterable[LinkedBody], gravity: Array, step_s
 
 
 def read_loads(client: int, bodies: Iterable[LinkedBody]) -> None:
-    """Let bodies read what their motors and constraints gave in the client's last step; to be called before the client is taken back."""
+    """Let bodies read what their motors and constraints gave in the client's last step; to be called before the client is rolled back."""
     linked = list(bodies)
     constraints: dict[int, list[int]] = {body.unique_id: [] for body in linked}
     for identifier in _constraint_ids(client):

@@ -3,8 +3,8 @@
 Variables of every body <body>: inputs `<body>.wrench` (of the fluid) and `<body>.applied_wrench` (of anything else); outputs
 `<body>.pose`, `<body>.twist`, `<body>.free_acceleration`, `<body>.inverse_mass`. Of every joint: output `<joint>.tension`. Of every line:
 output `<line>.tension`, input `<line>.length`. Coupled bodies have one common output `inverse_mass` instead of their own. A fixed or
-guided body accepts wrenches and ignores them. Where only some bodies are asked for, the others and the joints have no variables: a variable
-takes a master ten microseconds a step, and a kilometre of boom has a thousand.
+prescribed body accepts wrenches and ignores them. Where only some bodies are asked for, the others and the joints have no variables: a
+variable takes a master ten microseconds a step, and a kilometre of boom has a thousand.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ BODY_VARIABLES = (
     ("inverse_mass", "1/kg, 1/(kg m2)", (6, 6), Causality.OUTPUT),
     ("free_acceleration", "m/s2, rad/s2", (6,), Causality.OUTPUT),
 )
-ANSWERS = ("inverse_mass", "free_acceleration")
+MOBILITY = ("inverse_mass", "free_acceleration")
 
 
-class Asked(NamedTuple):
+class Requested(NamedTuple):
     """The variables that others ask for: `bodies` with their own, and one output `poses` (n, 7) of the bodies `followed`."""
 
     bodies: Sequence[str]
@@ -44,8 +44,8 @@ class Asked(NamedTuple):
 class RigidBodyParticipant(Participant):
     """The participant that steps a `RigidBodyWorld`; bodies and joints are all added before.
 
-    `coupled` has the names of the bodies with one common `inverse_mass` (6 n, 6 n), joints included. Without `answers` no body tells how it
-    answers an impulse, which nobody asks for where there is no fluid. `asked`: what variables there are, all if None.
+    `coupled` has the names of the bodies with one common `inverse_mass` (6 n, 6 n), joints included. Without `gives_mobility` no body
+    tells how it answers an impulse, which nobody asks for where there is no fluid. `requested`: what variables there are, all if None.
     """
 
     STATE = ("_world",)
@@ -56,16 +56,16 @@ class RigidBodyParticipant(Participant):
         world: RigidBodyWorld,
         coupled: Sequence[str] = (),
         *,
-        answers: bool = True,
-        asked: Asked | None = None,
+        gives_mobility: bool = True,
+        requested: Requested | None = None,
     ) -> None:
         self._world = world
         self._getters: dict[str, Callable[[], Array]] = {}
         self._setters: dict[str, Callable[[Array], None]] = {}
         declared = []
-        for body in world.body_names if asked is None else asked.bodies:
+        for body in world.body_names if requested is None else requested.bodies:
             for quantity, unit, shape, causality in BODY_VARIABLES:
-                if quantity in ANSWERS and (not answers or (quantity == "inverse_mass" and body in coupled)):
+                if quantity in MOBILITY and (not gives_mobility or (quantity == "inverse_mass" and body in coupled)):
                     continue
                 variable = Variable(f"{body}.{quantity}", unit, shape, causality)
                 declared.append(variable)
@@ -73,7 +73,7 @@ class RigidBodyParticipant(Participant):
                     self._setters[variable.name] = partial(getattr(world, f"set_{quantity}"), body)
                 else:
                     self._getters[variable.name] = partial(getattr(world, quantity), body)
-        for joint in world.joint_names if asked is None else ():
+        for joint in world.joint_names if requested is None else ():
             declared.append(Variable(f"{joint}.tension", "N", (1,), Causality.OUTPUT, is_mean=True))
             self._getters[declared[-1].name] = partial(self._tension, joint)
         for line in world.lines.names:
@@ -87,9 +87,9 @@ class RigidBodyParticipant(Participant):
             size = 6 * len(coupled)
             declared.append(Variable("inverse_mass", "1/kg, 1/(kg m), 1/(kg m2)", (size, size), Causality.OUTPUT))
             self._getters["inverse_mass"] = partial(world.coupled_inverse_mass, tuple(coupled))
-        if asked is not None and asked.followed:
-            declared.append(Variable("poses", "m, 1", (len(asked.followed), 7), Causality.OUTPUT))
-            self._getters["poses"] = partial(world.poses, tuple(asked.followed))
+        if requested is not None and requested.followed:
+            declared.append(Variable("poses", "m, 1", (len(requested.followed), 7), Causality.OUTPUT))
+            self._getters["poses"] = partial(world.poses, tuple(requested.followed))
         super().__init__(name, declared)
 
     def enter_initialization_mode(self, start_time: float) -> None:

@@ -16,8 +16,8 @@ import trimesh
 from coupling.bullet.body_lines import BodyLines
 from coupling.bullet.bullet_client import BulletClient
 from coupling.bullet.engine_step import Body, EngineStep
-from coupling.multibody.broad_phase import Encounters
-from coupling.multibody.constrained_mobility import JointAnswer
+from coupling.multibody.broad_phase import BroadPhase
+from coupling.multibody.constrained_mobility import ConstrainedMobility
 from coupling.multibody.environment import Environment, MetEnvironment
 from coupling.multibody.joint_constraints import PointJoint
 from coupling.multibody.prescribed_motion import (
@@ -65,17 +65,17 @@ class RigidBodyWorld(BodyLines):
         self._gravity = np.array(gravity, dtype=np.float64)
         self._sub_step = sub_step
         self._ahead = communication_step or sub_step
-        self._encounters = Encounters()
+        self._broad_phase = BroadPhase()
         self._joints: dict[str, int] = {}
         self._parted: list[str] = []
         self._tensions: dict[str, float] = {}
         self._free: list[Body] = []
-        self._guided: list[tuple[Body, PrescribedMotion]] = []
+        self._prescribed: list[tuple[Body, PrescribedMotion]] = []
         self._last_duration = sub_step
         self._holds = Holds(self._state)
         self._client = BulletClient(gravity, solver_iterations)
         self._engine = EngineStep(self._client, self._state, self._gravity)
-        self._answer = JointAnswer(self._state, self._gravity, sub_step)
+        self._mobility = ConstrainedMobility(self._state, self._gravity, sub_step)
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -149,7 +149,7 @@ class RigidBodyWorld(BodyLines):
             mesh,
             mass_properties,
             is_free=motion == "free",
-            is_guided=not isinstance(motion, str),
+            is_prescribed=not isinstance(motion, str),
             contact=friction is not None,
             friction=FRICTION if friction is None else friction,
         )
@@ -158,12 +158,12 @@ class RigidBodyWorld(BodyLines):
         if motion == "free":
             self._free.append(body)
         elif not isinstance(motion, str):
-            self._guided.append((body, motion))
-        self._encounters.add_body(mesh.bounds, is_free=motion == "free", touches=friction is not None)
+            self._prescribed.append((body, motion))
+        self._broad_phase.add_body(mesh.bounds, is_free=motion == "free", touches=friction is not None)
         self._state.append(mass_properties, start, is_free=motion == "free")
         self._place(body, start)
         self._engine.forget()
-        self._answer.forget()
+        self._mobility.forget()
 
     def hold_until(self, name: str, time: float) -> None:
         """Hold a free body where it is, without motion, until the end of the step that reaches `time` [s]; then it moves freely.
@@ -180,7 +180,7 @@ class RigidBodyWorld(BodyLines):
     def add_half_space(self, point: Vector, normal: Vector, friction: float = FRICTION) -> None:
         """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal`, a unit vector, points to their side."""
         self._client.add_half_space(point, normal, friction)
-        self._encounters.add_half_space(np.array(point, np.float64), np.array(normal, np.float64))
+        self._broad_phase.add_half_space(np.array(point, np.float64), np.array(normal, np.float64))
 
     def add_joint(
         self, name: str, body_a: str, body_b: str | None, point: Vector, kind: Literal["point"] = "point"
@@ -210,12 +210,12 @@ class RigidBodyWorld(BodyLines):
             if body is not None:
                 body.is_jointed = True
         if second is not None:
-            self._encounters.keep_apart(first.row, second.row)
+            self._broad_phase.keep_apart(first.row, second.row)
         self._tensions[name] = 0.0
         row = -1 if second is None else second.row
-        self._answer.joints.append(PointJoint(first.row, row, first_point, second_point))
+        self._mobility.joints.append(PointJoint(first.row, row, first_point, second_point))
         self._engine.forget()
-        self._answer.forget()
+        self._mobility.forget()
 
     def part_joint(self, name: str) -> None:
         """Let a joint part: from now on it holds nothing, and its tension is 0. ValueError for one that does not hold.
@@ -226,12 +226,12 @@ class RigidBodyWorld(BodyLines):
             raise ValueError(f"rigid bodies: joint {name!r} does not hold, allowed: {', '.join(self._joints)}")
         place = list(self._joints).index(name)
         self._client.remove_joint(self._joints.pop(name))
-        del self._answer.joints[place], self._tensions[name]
+        del self._mobility.joints[place], self._tensions[name]
         self._parted.append(name)
         for body in self._bodies.values():
-            body.is_jointed = any(body.row in (joint.first, joint.second) for joint in self._answer.joints)
+            body.is_jointed = any(body.row in (joint.first, joint.second) for joint in self._mobility.joints)
         self._engine.forget()
-        self._answer.forget()
+        self._mobility.forget()
 
     def set_environment(self, environment: Environment, names: Sequence[str]) -> None:
         """Let a sea load the named bodies, all of which have been added; ValueError for an unknown body, or one that is not free."""
@@ -241,27 +241,27 @@ class RigidBodyWorld(BodyLines):
             raise ValueError(
                 f"rigid bodies: the environment loads {held[0]!r}, which is not free, allowed: free bodies"
             )
-        self._answer.sea = MetEnvironment(environment, rows, self._state)
-        self._answer.moved()
+        self._mobility.sea = MetEnvironment(environment, rows, self._state)
+        self._mobility.moved()
 
     @property
     def environment(self) -> Environment | None:
         """The sea that loads bodies; None without one."""
-        return None if self._answer.sea is None else self._answer.sea.environment
+        return None if self._mobility.sea is None else self._mobility.sea.environment
 
     @property
     def loaded_names(self) -> tuple[str, ...]:
         """Names of the bodies that the sea loads, in its order; empty without one."""
-        rows = () if self._answer.sea is None else self._answer.sea.rows
+        rows = () if self._mobility.sea is None else self._mobility.sea.rows
         by_row = {body.row: name for name, body in self._bodies.items()}
         return tuple(by_row[row] for row in rows)
 
     def change_environment(self, environment: Environment) -> None:
         """Let another sea load the bodies that one loads already, from now on; ValueError without one."""
-        if self._answer.sea is None:
+        if self._mobility.sea is None:
             raise ValueError("rigid bodies: no environment can be changed, allowed: after set_environment")
-        self._answer.sea.environment = environment
-        self._answer.moved()
+        self._mobility.sea.environment = environment
+        self._mobility.moved()
 
     def sea_wrench(self, name: str) -> Array:
         """Return the wrench (6,) [N, N m] of the environment on a body, mean over the last advance."""
@@ -274,7 +274,7 @@ class RigidBodyWorld(BodyLines):
     def set_applied_wrench(self, name: str, wrench: Array) -> None:
         """Set the wrench (6,) [N, N m] of other causes, such as thrust; it acts until it is set again."""
         self._state.applied_wrench[self._body(name).row] = wrench
-        self._answer.pushed()
+        self._mobility.pushed()
 
     def pose(self, name: str) -> Array:
         """Return position [m] and orientation xyzw (7,)."""
@@ -297,8 +297,8 @@ class RigidBodyWorld(BodyLines):
         return self._state.wrench[self._body(name).row].copy()
 
     def inverse_mass(self, name: str) -> Array:
-        """Return the twist by impulse (6, 6) [1/kg, 1/(kg m2)], world frame; 0 for a fixed or guided body."""
-        self._answer.meet_sea(self.time)
+        """Return the twist by impulse (6, 6) [1/kg, 1/(kg m2)], world frame; 0 for a fixed or prescribed body."""
+        self._mobility.meet_sea(self.time)
         return self._state.inverse_mass(self._body(name).row)
 
     def mass_matrix(self, name: str) -> Array:
@@ -306,22 +306,22 @@ class RigidBodyWorld(BodyLines):
         return self._state.mass_matrix(self._body(name).row)
 
     def coupled_inverse_mass(self, names: Sequence[str]) -> Array:
-        """Return the twists (6 n, 6 n) [1/kg] of the named bodies by impulses on them, joints included; 0 for fixed or guided ones."""
+        """Return the twists (6 n, 6 n) [1/kg] of the named bodies by impulses on them, joints included; 0 for fixed or prescribed ones."""
         rows = np.array(self._rows(names))
-        return self._answer.articulated(self.time).inverse_mass((6 * rows[:, None] + np.arange(6)).ravel())
+        return self._mobility.articulated(self.time).inverse_mass((6 * rows[:, None] + np.arange(6)).ravel())
 
     def free_acceleration(self, name: str) -> Array:
-        """Return d(twist)/dt (6,) [m/s2, rad/s2] by everything but the fluid; for a guided body, that of its motion.
+        """Return d(twist)/dt (6,) [m/s2, rad/s2] by everything but the fluid; for a prescribed body, that of its motion.
 
         Joints answer the known forces at once (see `coupling.multibody.joint_constraints`); contacts enter with what lasted over the last
         steps.
         """
         body = self._body(name)
-        self._answer.meet_sea(self.time)
+        self._mobility.meet_sea(self.time)
         if body.motion == "free":
             if not body.is_jointed:
                 return self._state.free_acceleration(body.row, self._gravity)
-            return self._answer.accelerations(self.time, self._last_duration)[body.row]
+            return self._mobility.accelerations(self.time, self._last_duration)[body.row]
         if isinstance(body.motion, str):
             return np.zeros(6)
         now, later = body.motion.at(self.time), body.motion.at(self.time + self._ahead)
@@ -346,9 +346,9 @@ class RigidBodyWorld(BodyLines):
         return self._state.energy(self._gravity)
 
     def move_to_time(self, time: float) -> None:
-        """Set the clock to `time` [s], and put every guided body where its motion says."""
+        """Set the clock to `time` [s], and put every prescribed body where its motion says."""
         self.time = time
-        for body, motion in self._guided:
+        for body, motion in self._prescribed:
             self._place(body, motion.at(time))
         self._holds.settle(self.time)
 
@@ -359,16 +359,16 @@ class RigidBodyWorld(BodyLines):
         impulses = np.zeros(len(self._joints))
         self._engine.touched.clear()
         self.lines.begin(duration, len(self._bodies))
-        if self._answer.sea is not None:
-            self._answer.sea.begin()
-        stretches = count if self._answer.sea is None else math.ceil(count / CHOSEN_FOR)
+        if self._mobility.sea is not None:
+            self._mobility.sea.begin()
+        stretches = count if self._mobility.sea is None else math.ceil(count / CHOSEN_FOR)
         stretch = duration / stretches
         for index in range(stretches):
             self._advance_stretch(begin + index * stretch, stretch, math.ceil(count / stretches), impulses)
         self._tensions = dict(zip(self._joints, (impulses / duration).tolist(), strict=True))
         self._last_duration = duration
-        if self._answer.sea is not None:
-            self._answer.sea.end(duration)
+        if self._mobility.sea is not None:
+            self._mobility.sea.end(duration)
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
@@ -401,7 +401,7 @@ class RigidBodyWorld(BodyLines):
         self._state.restore_state(arrays)
         self._tensions = dict(tensions)
         self.lines.restore_state(state["lines"])
-        self._answer.moved()
+        self._mobility.moved()
         self.time = float(time)  # type: ignore[arg-type]
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
         self._holds.settle(self.time)
@@ -413,7 +413,7 @@ class RigidBodyWorld(BodyLines):
     def _place(self, body: Body, motion: Motion) -> None:
         """Put a body where `motion` says."""
         self._client.place(body.bullet, motion)
-        self._answer.placed()
+        self._mobility.placed()
         self._state.pose[body.row] = pose_of(motion)
         self._state.twist[body.row] = twist_of(motion)
 
@@ -423,9 +423,9 @@ class RigidBodyWorld(BodyLines):
         The impulses of joints are added to `impulses` (J,) [N s].
         """
         longest = duration / least
-        self._answer.meet_sea(self.time, longest)
-        held = self._answer.articulated(self.time) if self._answer.is_needed else None
-        rate = step_rate(self._state, self._gravity, held, self.lines, self._encounters, (longest, duration))
+        self._mobility.meet_sea(self.time, longest)
+        held = self._mobility.articulated(self.time) if self._mobility.is_needed else None
+        rate = step_rate(self._state, self._gravity, held, self.lines, self._broad_phase, (longest, duration))
         count = max(least, math.ceil(duration * rate - 1e-9))
         sub_step = duration / count
         for index in range(count):
@@ -437,25 +437,25 @@ class RigidBodyWorld(BodyLines):
 
         Return the forces (J, 3) [N] of joints on their first bodies, including those that the engine adds because of contacts.
         """
-        self._answer.meet_sea(self.time, sub_step)
+        self._mobility.meet_sea(self.time, sub_step)
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull + self._state.sea_load
-        free, led = self._free, [(body, motion.at(end)) for body, motion in self._guided]
+        free, prescribed = self._free, [(body, motion.at(end)) for body, motion in self._prescribed]
         if self._holds.held:
-            led += [(body, self._holds.rest(body.row)) for body in free if body.row in self._holds.held]
+            prescribed += [(body, self._holds.rest(body.row)) for body in free if body.row in self._holds.held]
             free = [body for body in free if body.row not in self._holds.held]
-        forces, joint_wrench = self._answer.forces(self.time, wrench, sub_step)
+        forces, joint_wrench = self._mobility.forces(self.time, wrench, sub_step)
         if free:
             handed = wrench + joint_wrench
-            if self._answer.sea is not None:
-                handed = handed - self._answer.sea.resisted(handed, self._gravity, sub_step)
-            if self._answer.sea is None or self._encounters.any_near(self._state.pose, self._state.twist, sub_step):
-                self._engine.step(free, led, handed, sub_step)
+            if self._mobility.sea is not None:
+                handed = handed - self._mobility.sea.resisted(handed, self._gravity, sub_step)
+            if self._mobility.sea is None or self._broad_phase.any_near(self._state.pose, self._state.twist, sub_step):
+                self._engine.step(free, prescribed, handed, sub_step)
                 forces = forces + self._client.joint_forces(self._joints.values())
             else:
                 self._engine.step_without_engine(free, handed, sub_step)
-            self._answer.moved()
-        for body, motion in led:
+            self._mobility.moved()
+        for body, motion in prescribed:
             self._place(body, motion)
         self.time = end
         return forces

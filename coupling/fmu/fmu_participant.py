@@ -251,7 +251,7 @@ class FmuParticipant(Participant):
         if before is None:
             self._forget()
             return StepResult(
-                Status.ERROR, time, f"{message}; {self._path.name} cannot be taken back for a shorter step"
+                Status.ERROR, time, f"{message}; {self._path.name} cannot be rolled back for a shorter step"
             )
         fmu.setFMUState(before)
         if not time < reached < time + step_size:

@@ -108,7 +108,7 @@ class BodyExchange(Algorithm):
         self._iteration = iteration
         self._schemes: dict[str, Scheme] = {}
         self._numbers: dict[str, float] = {}
-        self._answering: set[str] = set()  # bodies that tell how they answer an impulse
+        self._with_mobility: set[str] = set()  # bodies that tell how they answer an impulse
         self._liquid_weights: dict[str, float] = {}  # [N] of what each body moves along, all under
         self._probes: dict[str, Array] = {}  # (6,) forces and torques that W is measured with
         self._wrenches: dict[str, Array] = {}  # (6,) F of the last step
@@ -142,15 +142,15 @@ class BodyExchange(Algorithm):
             self._liquid_weights[body], self._wrenches[body] = GRAVITY * added[:3, :3].trace(), np.zeros(6)
             self._free[body] = np.tile((*interface.gravity, 0.0, 0.0, 0.0), (2, 1))
             if {(interface.fluid, "inverse_mass"), (interface.fluid, f"{body}.inverse_mass")} & fed:
-                self._answering.add(body)
-            scheme = _choose(interface, body in self._answering, self._numbers[body], {})
-            names |= dict.fromkeys(_taken_back(interface, scheme))
+                self._with_mobility.add(body)
+            scheme = _choose(interface, body in self._with_mobility, self._numbers[body], {})
+            names |= dict.fromkeys(_rolled_back(interface, scheme))
         return tuple(names)
 
     def begin(self, faults: Mapping[str, str]) -> Sequence[str]:
         """Choose a scheme for every body and return messages about it; CoSimulationError if there is none. See `Algorithm.begin`."""
         for body, interface in self._interfaces.items():
-            self._schemes[body] = _choose(interface, body in self._answering, self._numbers[body], faults)
+            self._schemes[body] = _choose(interface, body in self._with_mobility, self._numbers[body], faults)
         return [self._told(scheme) for scheme in Scheme if scheme in self._schemes.values()]
 
     def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
@@ -159,40 +159,40 @@ class BodyExchange(Algorithm):
         iterated = self._coupled(Scheme.ITERATED)
         together = [*dict.fromkeys([i.fluid for i in iterated] + [i.solver for i in iterated])]
         self.iterations = 1
-        answers = [self._answer(interface, step) for interface in self._coupled(Scheme.VIRTUAL_MASS)]
-        for answer in answers:
-            answer.tell(_lasting(self._free[answer.body]))
+        mobilities = [self._mobility(interface, step) for interface in self._coupled(Scheme.VIRTUAL_MASS)]
+        for mobility in mobilities:
+            mobility.tell(_lasting(self._free[mobility.body]))
         for name in steppers:
             if name not in together:
                 step.make(name)
             elif name == together[0]:
                 self._iterate(iterated, together, step)
-        self._remember(answers)
+        self._remember(mobilities)
 
     def _coupled(self, scheme: Scheme) -> list[BodyInterface]:
         return [interface for body, interface in self._interfaces.items() if self._schemes[body] is scheme]
 
-    def _answer(self, interface: BodyInterface, step: _Step) -> _Answer:
+    def _mobility(self, interface: BodyInterface, step: _Step) -> _Mobility:
         """Return how the body answers in the step that begins, as given by it or measured."""
         if interface.mass_matrix is None:
-            return _Answer(interface, self._measured(interface, step), step)
-        return _Answer(interface, np.asarray(np.linalg.inv(interface.mass_matrix()), np.float64), step)
+            return _Mobility(interface, self._measured(interface, step), step)
+        return _Mobility(interface, np.asarray(np.linalg.inv(interface.mass_matrix()), np.float64), step)
 
     def _measured(self, interface: BodyInterface, step: _Step) -> Array:
         """Measure W (6, 6) by differences that are small for the body, with the probes of the first step."""
         body, wrench = interface.body, self._wrenches[interface.body]
         if body not in self._probes:
             least = np.full(6, LEAST_PROBE * self._liquid_weights[body])
-            answer = _differences(interface, wrench, least, step)
+            mobility = _differences(interface, wrench, least, step)
             wanted = np.repeat([PROBE * GRAVITY, PROBE / step.duration**2], 3)
-            self._probes[body] = np.clip(wanted / np.maximum(answer.diagonal(), TINY), least, least / LEAST_PROBE)
+            self._probes[body] = np.clip(wanted / np.maximum(mobility.diagonal(), TINY), least, least / LEAST_PROBE)
         return _differences(interface, wrench, self._probes[body], step)
 
-    def _remember(self, answers: Sequence[_Answer]) -> None:
+    def _remember(self, mobilities: Sequence[_Mobility]) -> None:
         """Remember what the bodies showed in this step."""
-        for answer in answers:
-            self._wrenches[answer.body] = answer.wrench
-            self._free[answer.body] = np.stack([answer.free_acceleration(), self._free[answer.body][0]])
+        for mobility in mobilities:
+            self._wrenches[mobility.body] = mobility.wrench
+            self._free[mobility.body] = np.stack([mobility.free_acceleration(), self._free[mobility.body][0]])
 
     def _iterate(self, bodies: Sequence[BodyInterface], order: Sequence[str], step: _Step) -> None:
         """Repeat the step of the fluid and the iterated bodies until the bodies show the b that the step assumes.
@@ -200,17 +200,17 @@ class BodyExchange(Algorithm):
         An impact makes H jump, and there may be no solution b; then the last round uses the best b that was tried.
         """
         start = {name: step.steppers[name].save() for name in order}
-        answers = [self._answer(interface, step) for interface in bodies]
+        mobilities = [self._mobility(interface, step) for interface in bodies]
         weights = np.concatenate([_weights(interface) for interface in bodies])
         iteration = self._iteration(1.0)
         assumed = np.concatenate([self._free[i.body][0] for i in bodies])
         tried: list[tuple[float, Array]] = []  # error [m/s2], which is how far the iteration would go on, and b
         while True:
-            for answer, free in zip(answers, assumed.reshape(-1, 6), strict=True):
-                answer.tell(free)
+            for mobility, free in zip(mobilities, assumed.reshape(-1, 6), strict=True):
+                mobility.tell(free)
             for name in order:
                 step.make(name)
-            shown = np.concatenate([answer.free_acceleration() for answer in answers])
+            shown = np.concatenate([mobility.free_acceleration() for mobility in mobilities])
             proposal = iteration.proposal(assumed, shown - assumed, 1.0 / weights)
             error = float((weights * np.abs(proposal - assumed)).max())
             allowed = ACCELERATION_TOLERANCE * max(float((weights * np.abs(assumed)).max()), GRAVITY)
@@ -224,7 +224,7 @@ class BodyExchange(Algorithm):
         self.iterations = len(tried)
         if error > allowed:
             self._note_unsettled(error, allowed, step.begin)
-        self._remember(answers)
+        self._remember(mobilities)
 
     def _note_unsettled(self, error: float, allowed: float, time: float) -> None:
         """Count a step that stands although its iteration has not reached its tolerance, and warn the first time."""
@@ -265,7 +265,7 @@ class _Step:
         self.steppers[name].advance(self.begin, self.end)
 
 
-class _Answer:
+class _Mobility:
     """The answer of one body to the fluid in a step, which may be made repeatedly."""
 
     def __init__(self, interface: BodyInterface, inverse_mass: Array, step: _Step) -> None:
@@ -298,8 +298,8 @@ def _differences(interface: BodyInterface, wrench: Array, more: Array, step: _St
         solver.advance(step.begin, step.end)
         twists.append(solver.outputs[f"{body}.twist"])
         solver.restore(start)
-    answer = (np.array(twists[1:]) - twists[0]) / (more[:, None] * step.duration)
-    values, vectors = np.linalg.eigh(0.5 * (answer + answer.T))
+    mobility = (np.array(twists[1:]) - twists[0]) / (more[:, None] * step.duration)
+    values, vectors = np.linalg.eigh(0.5 * (mobility + mobility.T))
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
@@ -309,16 +309,16 @@ def _lasting(free: Array) -> Array:
     return np.asarray(np.where(free[0] * free[1] > 0.0, np.copysign(smaller, free[0]), 0.0))
 
 
-def _choose(interface: BodyInterface, answers: bool, number: float, faults: Mapping[str, str]) -> Scheme:
+def _choose(interface: BodyInterface, gives_mobility: bool, number: float, faults: Mapping[str, str]) -> Scheme:
     """Choose the requested scheme, or the first that is stable with what the participants offer; CoSimulationError if none is."""
-    scheme = interface.scheme or _stable(interface, answers, number, faults)
-    if scheme is Scheme.MONOLITHIC and not answers:
+    scheme = interface.scheme or _stable(interface, gives_mobility, number, faults)
+    if scheme is Scheme.MONOLITHIC and not gives_mobility:
         message = (
             f"body {interface.body!r} cannot be coupled ({scheme.value}): {interface.fluid!r} does not get its inverse mass, allowed: "
             f"a connection to {interface.body}.inverse_mass, or another scheme"
         )
         raise CoSimulationError(interface.fluid, 0.0, message)
-    for name in _taken_back(interface, scheme):
+    for name in _rolled_back(interface, scheme):
         if name in faults:
             message = (
                 f"body {interface.body!r} cannot be coupled ({scheme.value}): {name!r} cannot be rolled back ({faults[name]}), "
@@ -328,8 +328,8 @@ def _choose(interface: BodyInterface, answers: bool, number: float, faults: Mapp
     return scheme
 
 
-def _stable(interface: BodyInterface, answers: bool, number: float, faults: Mapping[str, str]) -> Scheme:
-    if answers:
+def _stable(interface: BodyInterface, gives_mobility: bool, number: float, faults: Mapping[str, str]) -> Scheme:
+    if gives_mobility:
         return Scheme.MONOLITHIC
     if number < EXPLICIT_LIMIT:
         return Scheme.EXPLICIT
@@ -337,7 +337,7 @@ def _stable(interface: BodyInterface, answers: bool, number: float, faults: Mapp
     return Scheme.VIRTUAL_MASS if is_known or interface.fluid in faults else Scheme.ITERATED
 
 
-def _taken_back(interface: BodyInterface, scheme: Scheme) -> tuple[str, ...]:
+def _rolled_back(interface: BodyInterface, scheme: Scheme) -> tuple[str, ...]:
     """Return the participants whose steps a scheme repeats."""
     if scheme is Scheme.ITERATED:
         return interface.fluid, interface.solver

@@ -262,8 +262,8 @@ class CoSimulation:
         begin, end = self._start_time, self._time_of(1)
         for stepper in self._steppers.values():
             stepper.read_outputs(begin)
-        taken_back = self._algorithm.prepare(self._steppers, self._links)
-        for name in self._steppers if self._rolls_back else taken_back:
+        rolled_back = self._algorithm.prepare(self._steppers, self._links)
+        for name in self._steppers if self._rolls_back else rolled_back:
             fault = rollback_fault(self._steppers[name], begin, end)
             if fault:
                 self._rollback_faults[name] = fault

@@ -1,13 +1,13 @@
 """Accounts of a step between fluid and bodies: impulse and energy, as each side counts them.
 
-The fluid gives a body the impulse H F, F its mean wrench, and foresees the twist V_f that the body will have at the end of the
+The fluid gives a body the impulse H F, F its mean wrench, and predicts the twist V_f that the body will have at the end of the
 step; the body receives the wrench F_s and ends at V_b, both having begun at V_0. Then
 
     momentum  H (F - F_s), H (T - T_s)       are lost on the way, T the torque of F,
     energy    H F_s . (V_b - V_f) / 2        no cause explains: what the body received less what the fluid gave,
 
 the work of an impulse being its product with the mean of the twists before and after. A monolithic exchange leaves rounding of
-the first, and of the second what joints and contacts do that the fluid does not foresee; a lagged one that diverges makes energy
+the first, and of the second what joints and contacts do that the fluid does not predict; a lagged one that diverges makes energy
 without bound. Each step's momentum is compared with |H F|, and |H T| + |H F| d with d the particle spacing, the torque and the work of
 moving the force by a particle; energy is summed over the run, and compared with what was turned over: sum |H F . V| + |F| d.
 """
@@ -101,7 +101,7 @@ class ExchangeLedger(SavedFields):
         passed_on = [steppers[bond.solver].inputs.get(f"{bond.body}.wrench", np.zeros(6)) for bond in self._bonds]
         given, received = (end - begin) * wrench, (end - begin) * np.array(passed_on)
         work = 0.5 * (received * (self._begin + last)).sum(axis=1)
-        unexplained = 0.5 * (received * (last - self._read(steppers, "fluid", "foreseen_twist"))).sum(axis=1)
+        unexplained = 0.5 * (received * (last - self._read(steppers, "fluid", "predicted_twist"))).sum(axis=1)
         self.impulse, self.lost = given[:, :3].sum(axis=0), (given - received).sum(axis=0)
         self.work, self.unexplained = float(work.sum()), float(unexplained.sum())
         disturbed = self._disturbed()

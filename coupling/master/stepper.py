@@ -89,7 +89,7 @@ class Stepper:
         self.wall_seconds = 0.0
         self.wants_end: str | None = None  # why, once the participant has asked for the run's end
         self.events: list[Event] = []  # those since the master took them
-        self.passes_discards_on = False  # to the master, which takes back everybody's step
+        self.passes_discards_on = False  # to the master, which rolls back everybody's step
         self._given = [v for v in participant.variables.values() if v.causality is Causality.OUTPUT]
         self._shapes = {variable.name: variable.shape for variable in self._given}
         self._means = [v for v in self._given if v.is_mean]

@@ -34,7 +34,7 @@ class _Motion(NamedTuple):
 
 
 class _Shapes(NamedTuple):
-    """Bodies as `Encounters` knows them: bounds (B, 2, 3) [m], radius (B,) [m], half_thickness (B,) [m], touches (B,), apart (B, B)."""
+    """Bodies as `BroadPhase` knows them: bounds (B, 2, 3) [m], radius (B,) [m], half_thickness (B,) [m], touches (B,), apart (B, B)."""
 
     bounds: Array
     radius: Array
@@ -43,7 +43,7 @@ class _Shapes(NamedTuple):
     apart: Flags
 
 
-class Encounters:
+class BroadPhase:
     """The bodies of one world in the order of their rows, and the half-spaces."""
 
     def __init__(self) -> None:

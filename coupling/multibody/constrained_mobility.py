@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
 
 
-class JointAnswer:
+class ConstrainedMobility:
     """The answer of the bodies in `state`; it is kept until `forget` or `moved` says that something changed.
 
     sub_step [s]: the length of step for which a sea's damping counts where nothing else is said. joints: in the order of their forces.

@@ -183,7 +183,7 @@ class Articulation:
     def acceleration(self, free: Array, step_size: float) -> Array:
         """Return a_c (B, 6) [m/s2, rad/s2] for accelerations `free` (B, 6) without joints; h is `step_size` [s]."""
         force = self._holding(free + self._twist / step_size, self._bias)
-        return free + self._answer(_transposed(self._joints.sides, self._arm, force, len(free)))
+        return free + self._response(_transposed(self._joints.sides, self._arm, force, len(free)))
 
     def forces(self, free: Array, step_size: float, closing: float) -> tuple[Array, Array]:
         """Return forces (J, 3) [N] of joints on their first bodies, and the wrench J^T f (B, 6) of all; `free` and h as in `acceleration`.
@@ -217,7 +217,7 @@ class Articulation:
         """Return forces (R,) [N, N m] of joints under which J a is -`besides` (R,), and without which it would be J `free` (B, 6)."""
         return -self._system.solved(_closing_rate(self._joints.sides, self._arm, free, besides))
 
-    def _answer(self, wrench: Array) -> Array:
+    def _response(self, wrench: Array) -> Array:
         """Return the accelerations W w (B, 6) [m/s2, rad/s2] without joints under a wrench w (B, 6) [N, N m]."""
         if self._inverse_mass.ndim == 3:
             return applied(self._inverse_mass, wrench)

@@ -72,33 +72,33 @@ class ArticulatedTree:
             at = self._hang(index, link, links[link.parent], at)
         self._momentum = np.array([self._mass_times(link, s) for link, s in zip(links, self._motion, strict=True)])
         matrix = np.einsum("lak,lan->kn", self._motion, self._momentum)
-        self._answer = np.zeros((freedoms, freedoms))
+        self._inverse = np.zeros((freedoms, freedoms))
         # the other coordinates have no inertia, and pybullet does not move them
         loaded = np.flatnonzero(matrix.diagonal() > 0.0)
         axes = np.ix_(loaded, loaded)
-        self._answer[axes] = np.linalg.inv(matrix[axes])
+        self._inverse[axes] = np.linalg.inv(matrix[axes])
 
     def inverse_mass(self) -> Array:
         """Return W_c, (6 L, 6 L) [1/kg, 1/(kg m), 1/(kg m2)]."""
         motion = self._motion.reshape(6 * len(self._links), -1)
-        return motion @ self._answer @ motion.T
+        return motion @ self._inverse @ motion.T
 
     def mobility(self) -> Array:
         """Return the largest rate change (L,) by an impulse along a link's own freedoms, 0 without any [1/kg, 1/(kg m2)]."""
-        parts = np.split(np.diagonal(self._answer), np.cumsum(self._freedoms)[:-1])
+        parts = np.split(np.diagonal(self._inverse), np.cumsum(self._freedoms)[:-1])
         return np.array([part.max(initial=0.0) for part in parts])
 
     def acceleration(self, gravity: Array) -> Array:
         """Return accelerations (L, 6) [m/s2, rad/s2] under gravity (3,) [m/s2] and the links' own turning."""
-        return self._motion @ (self._answer @ self._forces(gravity)) + self._bias
+        return self._motion @ (self._inverse @ self._forces(gravity)) + self._bias
 
     def rate_changes(self, gravity: Array, wrenches: Array) -> Array:
         """Return d q'/dt (n,) [m/s2, rad/s2] under gravity (3,) [m/s2], the links' own turning and wrenches (L, 6) [N, N m]."""
-        return self._answer @ (self._forces(gravity) + np.einsum("lan,la->n", self._motion, wrenches))
+        return self._inverse @ (self._forces(gravity) + np.einsum("lan,la->n", self._motion, wrenches))
 
     def _forces(self, gravity: Array) -> Array:
         """Compute S^T (f - M b) of weight and turning."""
-        force = np.zeros(len(self._answer))
+        force = np.zeros(len(self._inverse))
         for n, link in enumerate(self._links):
             wrench = -self._mass_times(link, self._bias[n])
             wrench[:3] += link.mass * gravity

@@ -58,7 +58,7 @@ class ElasticLine(SavedFields):
     parted: bool = False
     made_fast: bool = True
     loosened: bool = False  # at its laying
-    _asked: float = 0.0  # tension [N] that `pull` gave last
+    _last_pull: float = 0.0  # tension [N] that `pull` gave last
 
     def __post_init__(self) -> None:
         for name in ("stiffness", "length", "breaking_load"):
@@ -71,12 +71,12 @@ class ElasticLine(SavedFields):
         if not self.holds:
             return 0.0, np.zeros((2, 6))
         terms = (float(self.length), float(self.stiffness), float(self.relaxation_time), float(payout_rate))
-        self._asked, wrenches = _pull(self.rows, self.points, terms, pose, twist)
-        return self._asked, wrenches
+        self._last_pull, wrenches = _pull(self.rows, self.points, terms, pose, twist)
+        return self._last_pull, wrenches
 
     def settle(self) -> None:
-        """Let the line part if what it pulled when it was asked last is beyond its breaking load."""
-        self.parted = self.parted or self._asked > self.breaking_load
+        """Let the line part if what it pulled last is beyond its breaking load."""
+        self.parted = self.parted or self._last_pull > self.breaking_load
 
     def stretching(self, pose: Array) -> Array:
         """Return the row (1, B, 6) [-] with which twists of the bodies lengthen the line, dl/dt = sum of row times twist."""

@@ -102,7 +102,7 @@ class MooringLeg(SavedFields):
         self.length = self.laid_length = self.ordered_length = float(self._table[:, 0].sum())
         self._place = np.array(self.anchor.place, dtype=np.float64)
         self._pull = Pull(1.0, 1.0, 0.0, 0.0, 0.0)
-        self._asked: tuple[Pull, Array] = self._pull, np.zeros(2)
+        self._last_pull: tuple[Pull, Array] = self._pull, np.zeros(2)
 
     @property
     def rows(self) -> tuple[int, int]:
@@ -148,13 +148,13 @@ class MooringLeg(SavedFields):
         wrenches = np.zeros((2, 6))
         terms = (pull.horizontal, pull.vertical, damping, float(payout_rate))
         tension = _add_pull(terms, span, arm, twist[self.row], wrenches[0])
-        self._asked = pull, span[:2] * ((distance - reach) / distance if reach < distance else 0.0)
+        self._last_pull = pull, span[:2] * ((distance - reach) / distance if reach < distance else 0.0)
         return tension, wrenches
 
     def settle(self) -> None:
-        """Let the anchor drag, and the leg part, as what it pulled when it was asked last demands."""
+        """Let the anchor drag, and the leg part, as what it pulled last demands."""
         if not self.parted:
-            self._pull, dragged = self._asked
+            self._pull, dragged = self._last_pull
             self._place[:2] -= dragged
             self.parted = self._breaks(self._pull)
 

@@ -58,7 +58,7 @@ class RigidBodyState(SavedFields):
         self.resistance: Array | None = None
         self._resisted: Array = np.zeros((0, 6, 6))  # inverse masses of all bodies with that resistance
         self.own_inverse_inertia: Array = np.zeros((0, 3, 3))
-        self._ease = np.zeros(0)  # 1 / mass, 0 for a fixed or guided body
+        self._ease = np.zeros(0)  # 1 / mass, 0 for a fixed or prescribed body
         self._kept: tuple[Array, Array, Array] | None = None  # poses (B, 7), and the inertias at them
 
     def append(self, properties: MassProperties, start: Motion, *, is_free: bool) -> None:
@@ -93,7 +93,7 @@ class RigidBodyState(SavedFields):
         return self._at_pose()[0]
 
     def inverse_inertia(self) -> Array:
-        """Return the inverses of R I R^T (B, 3, 3) [1/(kg m2)], 0 for a fixed or guided body; it must not be written to."""
+        """Return the inverses of R I R^T (B, 3, 3) [1/(kg m2)], 0 for a fixed or prescribed body; it must not be written to."""
         return self._at_pose()[1]
 
     def momenta(self) -> Array:
@@ -140,7 +140,7 @@ class RigidBodyState(SavedFields):
             )
 
     def inverse_masses(self) -> Array:
-        """Return the twist by impulse of each body (B, 6, 6), with what the environment adds to its mass; 0 for a fixed or guided one."""
+        """Return the twist by impulse of each body (B, 6, 6), with what the environment adds to its mass; 0 where not free."""
         if self.resistance is not None:
             return self._resisted
         blocks = np.zeros((len(self.pose), 6, 6))
@@ -174,13 +174,13 @@ class RigidBodyState(SavedFields):
         return self.known_accelerations(gravity, slice(row, row + 1))[0] + self.inverse_mass(row) @ lasting
 
     def known_accelerations(self, gravity: Array, rows: slice = ALL) -> Array:
-        """Return accelerations (B, 6) [m/s2, rad/s2] as `free_acceleration`, without joints and contacts; 0 for a fixed or guided body."""
+        """Return accelerations (B, 6) [m/s2, rad/s2] as `free_acceleration`, without joints and contacts; 0 where not free."""
         return self.accelerations_under(
             self.applied_wrench[rows] + self.line_wrench[rows] + self.sea_load[rows], gravity, rows
         )
 
     def accelerations_under(self, wrench: Array, gravity: Array, rows: slice = ALL) -> Array:
-        """Return accelerations (B, 6) [m/s2, rad/s2] by a wrench (B, 6), gravity and turning; 0 for a fixed or guided body."""
+        """Return accelerations (B, 6) [m/s2, rad/s2] by a wrench (B, 6), gravity and turning; 0 where not free."""
         torque = wrench[:, 3:] - self.gyroscopic_torque(rows)
         if self.resistance is not None:
             force = wrench[:, :3] + self.mass[rows, None] * gravity

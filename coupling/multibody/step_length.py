@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from coupling.multibody.broad_phase import Encounters
+from coupling.multibody.broad_phase import BroadPhase
 from coupling.multibody.joint_constraints import Articulation
 from coupling.multibody.lines import Lines
 from coupling.multibody.rigid_state import RigidBodyState, steady
@@ -29,7 +29,7 @@ def step_rate(
     gravity: Array,
     held: Articulation | None,
     lines: Lines,
-    encounters: Encounters,
+    broad_phase: BroadPhase,
     spans: tuple[float, float],
 ) -> float:
     """Return the steps per second that bodies, joints (`held`) and lines need now; gravity (3,) [m/s2].
@@ -49,6 +49,6 @@ def step_rate(
     # a resting body is not accelerated by its weight: joints and contacts last
     lasting = wrench + steady(state.earlier_reaction, state.reaction)
     later = state.twist + duration * state.accelerations_under(lasting, gravity)
-    leaping = (encounters.rate(state.pose, twist, duration) for twist in (state.twist, later))
+    leaping = (broad_phase.rate(state.pose, twist, duration) for twist in (state.twist, later))
     stiff = 1.0 / lines.longest_step(state.pose, state.inverse_masses()) if lines.names else 0.0
     return max(min(patient, 1.0 / SHORTEST), stiff, *leaping)

@@ -2,9 +2,10 @@
 
 Variables of every coupled body <body>: the inputs `<body>.pose`, `<body>.twist`, `<body>.inverse_mass`, `<body>.free_acceleration` are
 the body's motion at the start of a step and its answer to an impulse; the outputs are `<body>.wrench`, the mean over the step, and
-`<body>.foreseen_twist`, the twist that the fluid expects at its end. The input `inverse_mass` (6 n, 6 n), if it is connected, is the common
-answer of all coupled bodies, tied by joints, and replaces their own. Within the step the bodies answer inside the fluid's pressure solve
-(`oilsim.pressure.rigid_response`); the rigid engine then makes the same motion from the wrenches, so momentum is transferred without loss.
+`<body>.predicted_twist`, the twist that the fluid expects at its end. The input `inverse_mass` (6 n, 6 n), if it is connected, is the
+common answer of all coupled bodies, tied by joints, and replaces their own. Within the step the bodies answer inside the fluid's pressure
+solve (`oilsim.pressure.rigid_response`); the rigid engine then makes the same motion from the wrenches, so momentum is transferred
+without loss.
 
 Steps of a fixed length that a master asks for by the difference of two times.
 
@@ -51,7 +52,7 @@ MOTION_VARIABLES = (
     ("inverse_mass", "1/kg, 1/(kg m2)", (6, 6)),
     ("free_acceleration", "m/s2, rad/s2", (6,)),
 )
-OUTPUTS = ("wrench", "foreseen_twist")
+OUTPUTS = ("wrench", "predicted_twist")
 
 
 class FluidParticipant(Participant):
@@ -89,7 +90,7 @@ class FluidParticipant(Participant):
             for body in self._boundaries
             for variable in (
                 Variable(f"{body}.wrench", "N, N m", (6,), Causality.OUTPUT, is_mean=True),
-                Variable(f"{body}.foreseen_twist", "m/s, rad/s", (6,), Causality.OUTPUT),
+                Variable(f"{body}.predicted_twist", "m/s, rad/s", (6,), Causality.OUTPUT),
             )
         ]
         super().__init__(name, [*inputs, *outputs])
@@ -105,7 +106,7 @@ class FluidParticipant(Participant):
                 self._take_outputs(body, handle)
 
     def get(self, name: str) -> Array:
-        """Return a copy of a body's wrench or foreseen twist (6,) [N, N m] or [m/s, rad/s]; ValueError for another name."""
+        """Return a copy of a body's wrench or predicted twist (6,) [N, N m] or [m/s, rad/s]; ValueError for another name."""
         if name not in self._outputs:
             raise ValueError(f"{self.name!r} has no output {name!r}, allowed: {', '.join(self._outputs)}")
         return self._outputs[name].copy()
@@ -156,11 +157,11 @@ class FluidParticipant(Participant):
 
     def _take_outputs(self, body: str, handle: int) -> None:
         self._outputs[f"{body}.wrench"] = self._fluid.boundary_wrench(handle)
-        self._outputs[f"{body}.foreseen_twist"] = self._fluid.boundary_twist(handle)
+        self._outputs[f"{body}.predicted_twist"] = self._fluid.boundary_twist(handle)
 
     def expected_twist(self, body: str) -> Array:
         """Return the twist (6,) [m/s, rad/s] that the fluid expects a body to have now, after the wrench it was given."""
-        return self._outputs[f"{body}.foreseen_twist"].copy()
+        return self._outputs[f"{body}.predicted_twist"].copy()
 
     def added_mass(self, body: str) -> Array:
         """Return the mass (6, 6) [kg, kg m, kg m2] of the densest liquid that a fully submerged body would move, world frame."""

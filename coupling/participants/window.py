@@ -7,8 +7,8 @@ rim, and fades over FADE spacings at each of four points along it (`oilsim.windo
 
 which add up to one load at every place. In the solve bodies answer by S^1/2 M^-1 S^1/2, with S the shares and M^-1 the inverse mass of
 all bodies together: exact for whole shares, and symmetric between them. Between different shares it should be M^-1 S; what that differs
-by goes into the free acceleration, with the loads of the last steps, smoothed. The body's own motion goes into the places at rest, and
-its load comes back, as `oilsim.window.local_motion` has it.
+by goes into the free acceleration, with the loads of the last steps, smoothed. The body's own motion goes into the reference coordinates,
+and its load comes back, as `oilsim.window.local_motion` has it.
 
 Where a body comes into the window, water that it displaces is taken out; where it leaves, water is put back. `water_moved` counts both.
 """
@@ -140,7 +140,7 @@ class WindowParticipant(FluidParticipant):
         self._steady = np.zeros((len(bodies), 6))  # the same, smoothed over some steps
         self._last = np.zeros(
             (len(bodies), 6)
-        )  # loads that the particles found in the last step, in the places at rest
+        )  # loads that the particles found in the last step, in reference coordinates
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Start the fluid's clock."""
@@ -158,7 +158,9 @@ class WindowParticipant(FluidParticipant):
         accelerating = (later.twist - now.twist) / step_size
         added = (accelerating[:, 2:3] / GRAVITY) * HYDROSTATIC * self._last
         self._fluid.time = time
-        self._move(pose, now, _at_rest(now.turn, twist - now.twist), _at_rest(now.turn, free - accelerating), added)
+        self._move(
+            pose, now, _in_reference(now.turn, twist - now.twist), _in_reference(now.turn, free - accelerating), added
+        )
         try:
             self.report = self._fluid.advance(step_size)
         except FluidError as error:
@@ -264,7 +266,7 @@ class WindowParticipant(FluidParticipant):
         return [n for n, name in enumerate(self._bodies) if name in self._handles]
 
     def _move(self, pose: Array, now: LocalMotion, twist: Array, acceleration: Array, added: Array) -> None:
-        """Tell the fluid how the bodies in the window move, and how they answer, in the places at rest."""
+        """Tell the fluid how the bodies in the window move, and how they answer, in reference coordinates."""
         rows = self._met
         if not rows:
             return
@@ -283,7 +285,7 @@ class WindowParticipant(FluidParticipant):
         self._fluid.set_joint_inverse_mass(handles, between)
 
     def _inverse_mass(self, rows: list[int], now: LocalMotion) -> Array:
-        """Return the common M^-1 of the bodies of these rows, along the axes at rest, (6 n, 6 n) [1/kg, 1/(kg m2)]."""
+        """Return the common M^-1 of the bodies of these rows, along the reference axes, (6 n, 6 n) [1/kg, 1/(kg m2)]."""
         index = (6 * np.array(rows)[:, None] + np.arange(6)).ravel()
         assert self._joint_inverse_mass is not None  # it is connected wherever there are bodies
         turns = np.zeros((len(index), len(index)))
@@ -294,18 +296,18 @@ class WindowParticipant(FluidParticipant):
         return np.asarray(0.5 * (matrix + matrix.T))
 
     def _hand_back(self, unmet: Array, now: LocalMotion, later: LocalMotion, added: Array) -> None:
-        """Bring loads and foreseen twists (B, 6) back into the sea; `unmet` are the twists of bodies that meet no particles."""
-        wrench, foreseen, met = np.zeros(unmet.shape), unmet, self._met
+        """Bring loads and predicted twists (B, 6) back into the sea; `unmet` are the twists of bodies that meet no particles."""
+        wrench, predicted, met = np.zeros(unmet.shape), unmet, self._met
         for n in met:
             handle = self._handles[self.shares.names[n]]
             self._last[n] = self._fluid.boundary_wrench(handle)
             self._steady[n] += SMOOTH * (self._last[n] - self._steady[n])
             wrench[n] = self.shares.values[n] * (self._last[n] + added[n])
-            foreseen[n] = self._fluid.boundary_twist(handle)
+            predicted[n] = self._fluid.boundary_twist(handle)
         wrench = _in_sea(now.turn, wrench)
-        foreseen[met] = _in_sea(later.turn[met], foreseen[met]) + later.twist[met]
+        predicted[met] = _in_sea(later.turn[met], predicted[met]) + later.twist[met]
         for n, name in enumerate(self._bodies):
-            self._outputs[f"{name}.wrench"], self._outputs[f"{name}.foreseen_twist"] = wrench[n], foreseen[n]
+            self._outputs[f"{name}.wrench"], self._outputs[f"{name}.predicted_twist"] = wrench[n], predicted[n]
 
     def added_mass(self, body: str) -> Array:
         """Return the mass (6, 6) [kg, kg m, kg m2] of the densest liquid that a fully submerged body would move, world frame."""
@@ -335,7 +337,7 @@ def _is_near(mesh: Trimesh, points: Array, clearance: float) -> npt.NDArray[np.b
     return near
 
 
-def _at_rest(turn: Array, values: Array) -> Array:
+def _in_reference(turn: Array, values: Array) -> Array:
     """Return R^-1 of both halves of values (B, 6), with R (B, 3, 3)."""
     return np.einsum("bji,bkj->bki", turn, values.reshape(-1, 2, 3)).reshape(-1, 6)
 

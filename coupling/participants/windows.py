@@ -1,7 +1,7 @@
 """Several windows of one run as its fluid: an apex and a skimmer, or two booms, each with its own particles, steps and target.
 
 The variables are those of one window. A body's load is the sum of the loads that the windows find, each by its own share, and the formulas
-bear what all of them leave (`JointShares`). A window foresees the motion of its bodies in a step under the loads that other windows found
+bear what all of them leave (`JointShares`). A window predicts the motion of its bodies in a step under the loads that other windows found
 in the step before, smoothed, since bodies of a boom are tied to each other. Windows may not overlap: water would be there twice.
 """
 
@@ -83,12 +83,12 @@ class WindowsParticipant(FluidParticipant):
         return {name: value + free[name] if name in free else value for name, value in self._inputs.items()}
 
     def _hand_back(self, wrench: Array) -> None:
-        """Sum up what the windows found; the window that has most of a body foresees its motion."""
+        """Sum up what the windows found; the window that has most of a body predicts its motion."""
         windows = list(self._windows.values())
         most = np.argmax([one.shares.values for one in windows], axis=0)
         for n, body in enumerate(self._bodies):
             self._outputs[f"{body}.wrench"] = wrench[n]
-            self._outputs[f"{body}.foreseen_twist"] = windows[most[n]].expected_twist(body)
+            self._outputs[f"{body}.predicted_twist"] = windows[most[n]].expected_twist(body)
 
     def added_mass(self, body: str) -> Array:
         """Return the mass (6, 6) [kg, kg m, kg m2] of the densest liquid that a fully submerged body would move, world frame."""

@@ -68,7 +68,7 @@ class SeaScene(TestRun):
             properties={"detail": "none"},
         )
         simulation = CoSimulation(
-            [RigidBodyParticipant("bodies", self.world, answers=False)], [], self._step,
+            [RigidBodyParticipant("bodies", self.world, gives_mobility=False)], [], self._step,
             watching=Watching([self.history, *self._observers], self._frame, description),
         )  # fmt: skip
         simulation.initialize()

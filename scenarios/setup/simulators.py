@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.assembly import CoupledBodies, couple_world
-from coupling.bullet.rigid_body_participant import Asked
+from coupling.bullet.rigid_body_participant import Requested
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim import Fluid
@@ -101,7 +101,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
     handles = _wet(fluid, wetted, samplings, coupled)
     slick = _slick(written, layout)
     skimmers = _skimmers(written, layout, slick)
-    asked = None if scenario.run.has_particles else _asked(layout, slick, skimmers)
+    requested = None if scenario.run.has_particles else _asked(layout, slick, skimmers)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -110,7 +110,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
         coupled=coupled,
         fluid=fluid,
         tank=tank,
-        bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world, asked=asked),
+        bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world, requested=requested),
         world=layout.world,
         left_out=layout.left_out,
         thin={}
@@ -189,11 +189,11 @@ def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
         return build_slick(written, layout.sea, layout.fleet.booms)
 
 
-def _asked(layout: Layout, slick: SlickParticipant | None, skimmers: Sequence[SkimmingParticipant]) -> Asked:
+def _asked(layout: Layout, slick: SlickParticipant | None, skimmers: Sequence[SkimmingParticipant]) -> Requested:
     """Say what helmsmen, slick and skimmers ask of the bodies."""
     carried = [name.removesuffix(".pose") for one in skimmers for name in one.variables if name.endswith(".pose")]
     steered = [body_of(vessel.name) for vessel in layout.fleet.vessels]
-    return Asked(tuple(dict.fromkeys([*steered, *carried])), () if slick is None else slick.bodies)
+    return Requested(tuple(dict.fromkeys([*steered, *carried])), () if slick is None else slick.bodies)
 
 
 def _skimmers(written: Scenario, layout: Layout, slick: SlickParticipant | None) -> tuple[SkimmingParticipant, ...]:

@@ -10,7 +10,7 @@ from booms.losses.closure_losses import STANDING
 from booms.losses.resolution import Resolution
 from booms.scores import PLANING_ANGLE
 from coupling.bullet.assembly import FLUID, CoupledBodies, couple_participant
-from coupling.bullet.rigid_body_participant import Asked
+from coupling.bullet.rigid_body_participant import Requested
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
@@ -68,9 +68,9 @@ def couple_windows(
     participant = next(iter(parts.values())) if single else WindowsParticipant(FLUID, parts)
     if world is not None and world.environment is not None:
         world.change_environment(SharedEnvironment(world.environment, world.loaded_names, participant.shares))
-    asked = None if world is None else Asked(world.body_names, followed)
+    requested = None if world is None else Requested(world.body_names, followed)
     fluid = next(iter(windows.values())).fluid
-    return couple_participant(participant, fluid, tuple(solid.name for solid in met), world, asked=asked)
+    return couple_participant(participant, fluid, tuple(solid.name for solid in met), world, requested=requested)
 
 
 def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:

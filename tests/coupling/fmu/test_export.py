@@ -321,7 +321,7 @@ def test_fmi_2_goes_as_far_as_it_says_it_can(tmp_path: Path, monkeypatch: pytest
     run.terminate()
 
 
-def test_fmi_2_that_says_nothing_of_a_discarded_step_is_taken_back(
+def test_fmi_2_that_says_nothing_of_a_discarded_step_is_rolled_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def unknown(*_: object) -> float:
@@ -337,7 +337,7 @@ def test_fmi_2_that_says_nothing_of_a_discarded_step_is_taken_back(
 
 def test_fmi_2_that_discards_and_cannot_be_taken_back_is_named(tmp_path: Path) -> None:
     _, run = stiff_run(without("canGetAndSetFMUstate", build(tmp_path, 2, "Stiff", text=STIFF)))
-    message = r"'stiff' failed at 0 s: error: .*discard.*; bare\.fmu cannot be taken back for a shorter step"
+    message = r"'stiff' failed at 0 s: error: .*discard.*; bare\.fmu cannot be rolled back for a shorter step"
     with pytest.raises(CoSimulationError, match=message):
         run.step()
 

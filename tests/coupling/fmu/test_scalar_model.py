@@ -137,7 +137,7 @@ def test_a_rollback_is_exact_whatever_a_model_remembers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_the_fmu_of_a_model_with_a_list_can_be_taken_back(tmp_path: Path, version: int) -> None:
+def test_the_fmu_of_a_model_with_a_list_can_be_rolled_back(tmp_path: Path, version: int) -> None:
     (tmp_path / "delay.py").write_text(DELAY)
     path = tmp_path / "delay.fmu"
     assert main(["build-fmu", str(tmp_path / "delay.py"), "--fmi", str(version), "-o", str(path)]) == 0

@@ -114,7 +114,7 @@ def test_every_other_scheme_carries_the_light_body_up(
 
 
 def test_free_bodies_move_alike_under_all_schemes(monkeypatch: pytest.MonkeyPatch) -> None:
-    # what acts on them besides the liquid is gravity, which is foreseen: nothing is left to iterate, or to come late
+    # what acts on them besides the liquid is gravity, which is predicted: nothing is left to iterate, or to come late
     def moved(scheme: Scheme | None) -> np.ndarray:
         with raft_under_water(0.1 * WATER, scheme) as scene:
             return accelerations(scene, 20)
@@ -214,10 +214,10 @@ def interface(number: float | None) -> BodyInterface:
     ],
 )
 def test_scheme_follows_from_the_stability_number(
-    number: float | None, faults: dict, taken_back: tuple[str, ...], expected: Scheme
+    number: float | None, faults: dict, rolled_back: tuple[str, ...], expected: Scheme
 ) -> None:
     exchange = BodyExchange([interface(number)])
-    assert exchange.prepare({}, []) == taken_back
+    assert exchange.prepare({}, []) == rolled_back
     told = exchange.begin(faults)
     assert exchange.schemes == {"raft": expected}
     assert told[0].startswith(

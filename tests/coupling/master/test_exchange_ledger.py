@@ -16,10 +16,10 @@ STILL = (0.0,) * 6
 LENGTH, STEP = 0.1, 0.01
 
 
-def closed(given: tuple[float, ...], taken: tuple[float, ...], foreseen: tuple[float, ...] = STILL) -> ExchangeLedger:
+def closed(given: tuple[float, ...], taken: tuple[float, ...], predicted: tuple[float, ...] = STILL) -> ExchangeLedger:
     """A ledger after one step, in which a body at rest was given one wrench and took another."""
     ledger = ExchangeLedger([BodyBond("raft", "fluid", "bodies")], LENGTH)
-    fluid: Any = SimpleNamespace(outputs={"raft.wrench": given, "raft.foreseen_twist": foreseen}, inputs={})
+    fluid: Any = SimpleNamespace(outputs={"raft.wrench": given, "raft.predicted_twist": predicted}, inputs={})
     bodies: Any = SimpleNamespace(outputs={"raft.twist": STILL}, inputs={"raft.wrench": taken})
     steppers = cast(Steppers, {"fluid": fluid, "bodies": bodies})
     ledger.open(steppers)
@@ -53,4 +53,4 @@ def test_no_number_is_no_balance() -> None:
         with pytest.raises(CoSimulationError, match="'raft' took an impulse of"):
             closed(given, taken)
     with pytest.raises(CoSimulationError, match="'raft': the exchange has created nan J"):
-        closed(wrench, wrench, foreseen=(math.nan,) * 6)
+        closed(wrench, wrench, predicted=(math.nan,) * 6)

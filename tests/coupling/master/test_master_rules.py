@@ -308,7 +308,7 @@ def test_rollback_is_tested_withheld_and_named() -> None:
     assert watcher.events[0].level == "warning"
     good.on_step = refusing(0.06)
     log.clear()
-    run.step()  # the one that discards takes smaller steps by itself, nobody is taken back
+    run.step()  # the one that discards takes smaller steps by itself, nobody is rolled back
     assert len(steps_of(log, "good")) == 3 and steps_of(log, "bad") == [(0.0, 0.1)]
 
 

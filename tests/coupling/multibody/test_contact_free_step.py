@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from coupling.multibody.broad_phase import Encounters
+from coupling.multibody.broad_phase import BroadPhase
 from coupling.solids.bodies import mass_properties
 from oilsim.loads.load_model import LoadModel, Part
 from oilsim.loads.morison import FloatingBodies
@@ -47,7 +47,7 @@ def test_bodies_move_as_with_the_engine(monkeypatch):
     for world, forced in zip(worlds, (True, False), strict=True):
         with monkeypatch.context() as patch:
             if forced:
-                patch.setattr(Encounters, "any_near", lambda *arguments: True)
+                patch.setattr(BroadPhase, "any_near", lambda *arguments: True)
             for _ in range(100):
                 world.advance(0.02)
     with_engine, without = (motion_of(world) for world in worlds)
@@ -92,20 +92,20 @@ def test_saved_world_goes_on_bit_for_bit_after_steps_without_the_engine():
     [((2.05, 0.0, 0.0), True), ((2.15, 0.0, 0.0), False), ((0.0, 1.05, 0.0), True), ((0.0, 1.15, 0.0), False)],
 )
 def test_boxes_are_near_within_a_tenth_of_a_metre(place, near):
-    encounters = Encounters()
+    broad_phase = BroadPhase()
     for _ in range(2):
-        encounters.add_body(MESH.bounds, is_free=True, touches=True)
+        broad_phase.add_body(MESH.bounds, is_free=True, touches=True)
     pose = np.array([(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), (*place, 0.0, 0.0, 0.0, 1.0)])
-    assert encounters.any_near(pose, STILL, 0.02) is near
-    encounters.keep_apart(0, 1)
-    assert not encounters.any_near(pose, STILL, 0.02)
+    assert broad_phase.any_near(pose, STILL, 0.02) is near
+    broad_phase.keep_apart(0, 1)
+    assert not broad_phase.any_near(pose, STILL, 0.02)
 
 
 @pytest.mark.parametrize(("height", "near"), [(0.3, True), (0.4, False)])
 def test_box_is_near_a_half_space_within_a_tenth_of_a_metre(height, near):
-    encounters = Encounters()
-    encounters.add_body(MESH.bounds, is_free=True, touches=True)
-    encounters.add_half_space(np.zeros(3), np.array((0.0, 0.0, 1.0)))
-    assert encounters.any_near(np.array([(0.0, 0.0, height, 0.0, 0.0, 0.0, 1.0)]), STILL[:1], 0.02) is near
+    broad_phase = BroadPhase()
+    broad_phase.add_body(MESH.bounds, is_free=True, touches=True)
+    broad_phase.add_half_space(np.zeros(3), np.array((0.0, 0.0, 1.0)))
+    assert broad_phase.any_near(np.array([(0.0, 0.0, height, 0.0, 0.0, 0.0, 1.0)]), STILL[:1], 0.02) is near
     falling = np.array([(0.0, 0.0, -6.0, 0.0, 0.0, 0.0)])
-    assert encounters.any_near(np.array([(0.0, 0.0, height, 0.0, 0.0, 0.0, 1.0)]), falling, 0.02)
+    assert broad_phase.any_near(np.array([(0.0, 0.0, height, 0.0, 0.0, 0.0, 1.0)]), falling, 0.02)

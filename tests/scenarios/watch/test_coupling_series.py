@@ -96,7 +96,7 @@ THUD = {
 
 
 def test_running_into_something_is_no_work_of_the_exchange() -> None:
-    # a ball hits a shelf just under water: the fluid does not foresee that it stops
+    # a ball hits a shelf just under water: the fluid does not predict that it stops
     made, hit = 0.0, False
     with ScenarioRun(scenario_from(THUD)) as run:
         for _ in range(8):
