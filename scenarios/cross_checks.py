@@ -45,7 +45,7 @@ from scenarios.schema.window import WindowTable, window_place
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.mesh_files, which takes a second to import
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.bodies, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
 NAMED_TABLES = (
     "phases",

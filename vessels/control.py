@@ -48,7 +48,35 @@ class _ControlState:
         require("helmsman", _ControlState, vars(self))
 
 
-class VesselControl(Participant):
+class _Controls(Participant):
+    """What steers a vessel, and the wrench that machinery and wind make; `current`: the water's velocity (2,) [m/s] at a time."""
+
+    def __init__(self, vessel: Vessel, orders: Mapping[str, Quantity]) -> None:
+        super().__init__(f"{vessel.name}-control", control_variables(vessel.name, orders))
+        self.vessel = vessel
+        self._values[f"{vessel.name}.pose"][6] = 1.0
+        self.current: Callable[[float], Array] = no_current
+
+    def _motion(self) -> tuple[Array, float, float, float, float]:
+        """Return the vessel's motion as `planar_motion` does."""
+        return planar_motion(self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"])
+
+    def _push(self, time: float, wanted: tuple[float, float, float], step_size: float) -> StepResult:
+        """Give the wrench from `time` to `time + step_size` [s] by thrusts ahead and to port [N] and a yaw moment [N m] that are wanted."""
+        name = self.vessel.name
+        pose, twist, wind, rudder = (self._values[f"{name}.{what}"] for what in ("pose", "twist", "wind", "rudder"))
+        _, heading, surge, _, _ = planar_motion(pose, twist)
+        motion = (pose, twist, self.current(time))
+        wrench, given, angle = moved_by(self.vessel, motion, wanted, float(rudder), step_size)
+        outputs = dict(zip(("thrust", "side_thrust", "yaw_moment"), given, strict=True))
+        outputs |= {"speed": surge, "heading": heading, "rudder": angle}
+        for what, value in outputs.items():
+            self._values[f"{name}.{what}"] = np.array(value)
+        self._values[f"{name}.applied_wrench"] = wrench + self.vessel.wind_wrench(pose, twist, wind)
+        return StepResult(Status.OK, time + step_size)
+
+
+class VesselControl(_Controls):
     """Speed and heading control of `vessel`.
 
     Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.speed_order
@@ -75,11 +103,8 @@ class VesselControl(Participant):
         if vessel.course is None:
             raise ValueError(f"vessel {vessel.name!r} has no course, allowed: a course with at least one leg")
         self._course = vessel.course
-        super().__init__(f"{vessel.name}-control", control_variables(vessel.name, HELM_ORDERS))
-        self.vessel = vessel
-        self._values[f"{vessel.name}.pose"][6] = 1.0
+        super().__init__(vessel, HELM_ORDERS)
         self._state = _ControlState()
-        self.current: Callable[[float], Array] = no_current
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Take the orders of the first leg; the speed order rises from rest."""
@@ -132,19 +157,7 @@ class VesselControl(Participant):
         else:  # its integrals wait, and it will get under way from the speed that it then has
             thrust, side, moment = self._levers(by_hand, surge) if by_hand and self.vessel.engine_runs else (0.0,) * 3
             self._state.ramped_speed = surge
-        pose, twist, wind, rudder = (
-            self._values[f"{self.vessel.name}.{what}"] for what in ("pose", "twist", "wind", "rudder")
-        )
-        wrench, given, angle = moved_by(
-            self.vessel, (pose, twist, self.current(time)), (thrust, side, moment), float(rudder), step_size
-        )
-        wrench = wrench + self.vessel.wind_wrench(pose, twist, wind)
-        outputs = dict(zip(("thrust", "side_thrust", "yaw_moment"), given, strict=True))
-        outputs |= {"speed": surge, "heading": heading, "rudder": angle}
-        for name, value in outputs.items():
-            self._values[f"{self.vessel.name}.{name}"] = np.array(value)
-        self._values[f"{self.vessel.name}.applied_wrench"] = wrench
-        return StepResult(Status.OK, time + step_size)
+        return self._push(time, (thrust, side, moment), step_size)
 
     def _take_orders(self, time: float, place: tuple[float, float] | None = None, surge: float = 0.0) -> None:
         """Take the orders of a leg when the leg begins; place (x, y) [m] and speed ahead [m/s], where they are known."""
@@ -164,10 +177,6 @@ class VesselControl(Participant):
         if following.speed != 0.0:
             return self.vessel.hull.length
         return 0.0 if acceleration is None else 0.5 * surge * abs(surge) / acceleration
-
-    def _motion(self) -> tuple[Array, float, float, float, float]:
-        """Return the vessel's motion as `planar_motion` does."""
-        return planar_motion(self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"])
 
     def _lane_offset(self, position: Array) -> float:
         """Return the distance [m] to port that the vessel must move to reach its line; 0 without a line."""
@@ -268,7 +277,7 @@ MACHINERY_ORDERS = {
 }
 
 
-class ManualControl(Participant):
+class ManualControl(_Controls):
     """Manual control of `vessel`: it pushes as ordered.
 
     Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.thrust_order
@@ -279,29 +288,17 @@ class ManualControl(Participant):
     """
 
     def __init__(self, vessel: Vessel) -> None:
-        super().__init__(f"{vessel.name}-control", control_variables(vessel.name, MACHINERY_ORDERS))
-        self.vessel = vessel
-        self._values[f"{vessel.name}.pose"][6] = 1.0
-        self.current: Callable[[float], Array] = no_current
+        super().__init__(vessel, MACHINERY_ORDERS)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Choose the wrench that acts from `time` to `time + step_size` [s]."""
-        propulsion, vessel = self.vessel.propulsion, self.vessel.name
-        pose, twist, wind = (self._values[f"{vessel}.{what}"] for what in ("pose", "twist", "wind"))
-        _, heading, surge, _, _ = planar_motion(pose, twist)
+        propulsion = self.vessel.propulsion
         thrust = min(max(self._order("thrust"), -propulsion.astern_pull), propulsion.bollard_pull)
         side = min(max(self._order("side_thrust"), -propulsion.side_thrust), propulsion.side_thrust)
         moment = min(max(self._order("yaw_moment"), -propulsion.yaw_moment), propulsion.yaw_moment)
         if not self.vessel.engine_runs:
             thrust, side, moment = 0.0, 0.0, 0.0
-        motion, rudder = (pose, twist, self.current(time)), float(self._values[f"{vessel}.rudder"])
-        wrench, given, angle = moved_by(self.vessel, motion, (thrust, side, moment), rudder, step_size)
-        outputs = dict(zip(("thrust", "side_thrust", "yaw_moment"), given, strict=True))
-        outputs |= {"speed": surge, "heading": heading, "rudder": angle}
-        for name, value in outputs.items():
-            self._values[f"{vessel}.{name}"] = np.array(value)
-        self._values[f"{vessel}.applied_wrench"] = wrench + self.vessel.wind_wrench(pose, twist, wind)
-        return StepResult(Status.OK, time + step_size)
+        return self._push(time, (thrust, side, moment), step_size)
 
     def _order(self, what: str) -> float:
         return float(self._values[f"{self.vessel.name}.{what}_order"])

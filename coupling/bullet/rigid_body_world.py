@@ -17,8 +17,7 @@ from coupling.bullet.body_lines import BodyLines
 from coupling.bullet.bullet_client import BulletClient
 from coupling.bullet.engine_step import Body, EngineStep
 from coupling.multibody.broad_phase import BroadPhase
-from coupling.multibody.constrained_mobility import ConstrainedMobility
-from coupling.multibody.environment import Environment, MetEnvironment
+from coupling.multibody.constrained_mobility import ConstrainedMobility, Environment, MetEnvironment
 from coupling.multibody.joint_constraints import PointJoint
 from coupling.multibody.prescribed_motion import (
     AT_REST,

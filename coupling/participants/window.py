@@ -26,7 +26,7 @@ from scipy.spatial.transform import Rotation
 
 from coupling.master.participant import Status, StepResult
 from coupling.master.saved_fields import SavedFields
-from coupling.multibody.environment import Environment
+from coupling.multibody.constrained_mobility import Environment
 from coupling.participants.fluid import FluidParticipant, added_mass
 from coupling.solids.signed_distance import SignedDistance
 from oilsim import BoundaryParticles, FluidError, block

@@ -13,9 +13,16 @@ from booms.fast_water import Net, Pocket
 from booms.loads import segment_loads, skirt_drag
 from booms.losses.drainage import drainage_rate, held_thickness
 from booms.losses.liquids import OilOnWater
-from booms.losses.rates import Closures, Drivers, accumulation_rate, seepage_rate, seepage_speed
+from booms.losses.rates import (
+    Closures,
+    Drivers,
+    PooledBoom,
+    SlickLosses,
+    accumulation_rate,
+    seepage_rate,
+    seepage_speed,
+)
 from booms.losses.slick import boom_thickness
-from booms.losses.slick_losses import PooledBoom, SlickLosses
 from booms.segments import boom_segment
 from oilsim.loads.morison import FloatingBodies
 from oilsim.slick.barriers import Boom

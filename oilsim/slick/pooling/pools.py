@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 LEAST_FRONT = 0.1
 # [1] largest mobility times h_b^2 dt / length^2 of a pool's slope; numerical; theory of explicit diffusion allows 0.375
 STABLE_SLOPE = 0.25
-# [1] length of a pool over its thickness, from which on its head is whole; tuned; assumed, the same as in `booms.losses.entrainment`
+# [1] length of a pool over its thickness, from which on its head is whole; tuned; assumed, the same as in `booms.losses.rates`
 HEAD_LENGTH = 5.0
 # [drafts] that water runs back from a segment until it takes the oil along; tuned; assumed, waves of that height move water by less
 RETREAT = 3.0

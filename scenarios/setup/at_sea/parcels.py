@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from booms.boom import Boom as BoomSection
 from booms.deployment import BoomLayout
-from booms.losses.rates import Closures
-from booms.losses.slick_losses import PooledBoom, SlickLosses
+from booms.losses.rates import Closures, PooledBoom, SlickLosses
 from coupling.bullet.assembly import BODIES
 from coupling.master.connection import Connection
 from coupling.participants.plan_barriers import Beach, BoomBodies, ReelMouth

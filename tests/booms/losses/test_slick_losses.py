@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from booms.losses.rates import Closures
-from booms.losses.slick_losses import PooledBoom, SlickLosses
+from booms.losses.rates import Closures, PooledBoom, SlickLosses
 from oilsim.slick.barriers import Boom, Immersion
 from oilsim.slick.loss_cause import LossCause, Pools
 from oilsim.slick.oil import Oil

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from coupling.solids.bodies import box, load_mesh, load_solid
-from coupling.solids.mesh_files import MESH_SUFFIXES, read_mesh_file
+from coupling.solids.bodies import MESH_SUFFIXES, box, load_mesh, load_solid, read_mesh_file
 
 
 def written(folder: Path, suffix: str) -> bytes:

@@ -9,8 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from booms.catalog import catalogue
-from booms.losses.rates import Closures
-from booms.losses.slick_losses import PooledBoom, SlickLosses
+from booms.losses.rates import Closures, PooledBoom, SlickLosses
 from coupling.participants.plan_barriers import Beach
 from oilsim.slick.barriers import Boom, Immersion, Outline
 from oilsim.slick.oil import Oil
