@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from coupling.bullet.plugin import FluidWorld, attach_fluid
     from coupling.bullet.rigid_body_participant import RigidBodyParticipant
     from coupling.bullet.rigid_body_world import RigidBodyWorld
-    from coupling.fmu.isolated_fmu import fmu
+    from coupling.fmu.fmu_participant import FmuParticipant
+    from coupling.fmu.isolated_fmu import IsolatedFmu
     from coupling.fmu.scalar_model import ScalarModel, given, parameter, taken
     from coupling.master.body_exchange import Scheme
     from coupling.master.co_simulation import CoSimulation
@@ -37,6 +38,8 @@ __all__ = [
     "ExchangeOptions",
     "FluidParticipant",
     "FluidWorld",
+    "FmuParticipant",
+    "IsolatedFmu",
     "Motion",
     "Observer",
     "OscillatingMotion",
@@ -58,7 +61,6 @@ __all__ = [
     "couple_participant",
     "couple_world",
     "cylinder",
-    "fmu",
     "given",
     "load_mesh",
     "mass_properties",
@@ -72,7 +74,8 @@ _HOMES = {
     "bullet.plugin": "FluidWorld attach_fluid",
     "bullet.rigid_body_participant": "RigidBodyParticipant",
     "bullet.rigid_body_world": "RigidBodyWorld",
-    "fmu.isolated_fmu": "fmu",
+    "fmu.fmu_participant": "FmuParticipant",
+    "fmu.isolated_fmu": "IsolatedFmu",
     "fmu.scalar_model": "ScalarModel given parameter taken",
     "master.body_exchange": "Scheme",
     "master.co_simulation": "CoSimulation",
