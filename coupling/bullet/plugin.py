@@ -58,7 +58,7 @@ class FluidWorld:
 
     def __init__(self, client: int, fluid: Fluid) -> None:
         if not isinstance(fluid, Fluid):
-            raise TypeError(f"fluid is {fluid!r}, allowed: an oilsim.fluid.fluid.Fluid")
+            raise TypeError(f"fluid is {fluid!r}, allowed: an oilsim.Fluid")
         if fluid.config.dimension != 3:
             raise ValueError(f"fluid has {fluid.config.dimension} dimensions, allowed: 3, as the bodies of pybullet")
         self.fluid = fluid

@@ -247,7 +247,7 @@ def test_arguments_of_other_kinds_are_named(pybullet_client: int) -> None:
         TypeError, match=r"client is '0', allowed: what pybullet.connect returned, of a BulletClient its _client"
     ):
         attach_fluid("0", fluid, [])  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match=r"fluid is None, allowed: an oilsim\.solver\.Fluid"):
+    with pytest.raises(TypeError, match=r"fluid is None, allowed: an oilsim\.Fluid"):
         attach_fluid(pybullet_client, None, [])  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="no_slip is 'yes', allowed: True or False"):
         attach_fluid(pybullet_client, fluid, [body], no_slip="yes")  # type: ignore[arg-type]

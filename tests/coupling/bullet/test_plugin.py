@@ -12,7 +12,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from coupling import plugin
+from coupling.bullet import plugin
 from coupling.bullet.plugin import FluidWorld, attach_fluid
 from coupling.bullet.shapes import link_mesh
 from coupling.solids.surface_sampling import SurfaceSampling, sample_surface
