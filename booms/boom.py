@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.fast_water import Net, Pocket
+from booms.fast_water import Pocket
 from oilsim.core.physical_constants import SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, quantity_of, require
 
@@ -39,7 +39,7 @@ class Boom:
                             skirt's depth, the centre of the water's resistance, so that towing does not heel the skirt
     maximum_turn            largest angle [rad] between neighbours when the boom is laid out
     water_density           density [kg/m3] of the water in which the boom floats at its design waterline
-    net, pocket             of a boom for fast water, see `booms.fast_water`: a net below the float in the place of the skirt; a pocket
+    pocket                  of a boom for fast water, see `booms.fast_water`
 
     Raises ValueError for dimensions that no boom can have.
     """
@@ -57,7 +57,6 @@ class Boom:
     joint_height: float | None = quantity("m", default=None)
     maximum_turn: float = quantity("rad", default=math.radians(75.0), above=0.0, below=math.pi)
     water_density: float = quantity("kg/m3", default=SEA_WATER_DENSITY, above=0.0)
-    net: Net | None = None
     pocket: Pocket | None = None
 
     def __post_init__(self) -> None:
@@ -158,7 +157,7 @@ class BoomDesign:
     length, segment_count, skirt_depth, freeboard, float_shape, ballast_fraction, water_density: see `Boom`;
     buoyancy_to_weight: gross, volume of the whole boom over the volume that displaces its weight; skirt_thickness [m]: as built;
     base_width [m]: of the two tubes full of water of a shore-sealing boom, which take the place of skirt and ballast;
-    net, pocket: see `Boom`.
+    pocket: see `Boom`.
     """
 
     length: float = quantity_of(Boom, "length")
@@ -171,13 +170,10 @@ class BoomDesign:
     ballast_fraction: float = quantity_of(Boom, "ballast_fraction")
     water_density: float = quantity_of(Boom, "water_density")
     base_width: float | None = quantity("m", default=None, above=0.0)
-    net: Net | None = None
     pocket: Pocket | None = None
 
     def __post_init__(self) -> None:
-        both = self.base_width is not None and self.net is not None
-        problems = ["net is given beside base_width, allowed: one of the two in the place of the skirt"] if both else []
-        require("boom", BoomDesign, vars(self), problems)
+        require("boom", BoomDesign, vars(self))
 
     def boom(self) -> Boom:
         """Return the boom whose float, as wide as high, gives it the buoyancy that is asked for.
@@ -201,7 +197,6 @@ class BoomDesign:
             self._with_draft(draft),
             length=self.length,
             segment_count=self.segment_count,
-            net=self.net,
             pocket=self.pocket,
         )
 

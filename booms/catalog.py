@@ -15,10 +15,10 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from booms.boom import Boom, BoomDesign
-from booms.fast_water import Net, Pocket
+from booms.fast_water import Pocket
 from oilsim.core.physical_constants import KNOT, SEA_WATER_DENSITY
 
-Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "net", "high-speed"]
+Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "high-speed"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class CatalogueBoom:
 
     skirt_depth, freeboard, base_width [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] between connectors;
     strength, connector_strength [N] at which it and its connectors part; maximum_speed_kn [kn]. A figure is None if it is not known.
-    net, pocket: of a boom for fast water; assumed: names of the figures that are usual ones, not the source's.
+    pocket: of a boom for fast water; assumed: names of the figures that are usual ones, not the source's.
     """
 
     name: str
@@ -45,7 +45,6 @@ class CatalogueBoom:
     strength: float | None = None
     connector_strength: float | None = None
     maximum_speed_kn: float | None = None
-    net: Net | None = None
     pocket: Pocket | None = None
 
     @property
@@ -64,7 +63,6 @@ class CatalogueBoom:
             skirt_thickness=0.005,
             ballast_fraction=self.ballast_fraction,
             base_width=self.base_width,
-            net=self.net,
             pocket=self.pocket,
             water_density=water_density,
         ).boom()
@@ -79,5 +77,5 @@ def catalogue() -> Mapping[str, CatalogueBoom]:
 
 def _entry(name: str, table: dict[str, Any]) -> CatalogueBoom:
     """Return an entry from its table in the file."""
-    parts = {key: kind(**table[key]) for key, kind in (("net", Net), ("pocket", Pocket)) if key in table}
+    parts = {key: kind(**table[key]) for key, kind in (("pocket", Pocket),) if key in table}
     return CatalogueBoom(name=name, **(table | parts | {"assumed": tuple(table["assumed"])}))

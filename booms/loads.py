@@ -3,7 +3,7 @@
 The segment's mesh as built carries buoyancy and wave pressure. Added mass is that of its section (`oilsim.loads.strip_coefficients`):
 the skirt with the float's draft is a plate of full draft in sway, the float half an ellipse in heave. Water drags the skirt with
 C_d = 1.88, the rule 26 A V^2 of the US Navy (F in kgf, V in knots), and along it with skin friction; wind presses on the freeboard with
-the coefficient of the rule 26 A (V / 40)^2. A net below the float lets water through: it has the drag of a screen, and no added mass.
+the coefficient of the rule 26 A (V / 40)^2.
 """
 
 from __future__ import annotations
@@ -45,8 +45,10 @@ def freeboard_drag() -> float:
 def segment_loads(segment: BoomSegment, boom: Boom) -> LoadModel:
     """Return the load model of a boom's segment as built, with two stations along it at each of several heights."""
     length, density = boom.segment_length, boom.water_density
-    depth = boom.skirt_depth if boom.net is None else boom.float_draft
-    added = np.array([0.0, sway_added_mass(density, depth), heave_added_mass(density, boom.float_width)]) * length
+    added = (
+        np.array([0.0, sway_added_mass(density, boom.skirt_depth), heave_added_mass(density, boom.float_width)])
+        * length
+    )
     mass = segment.mass_properties.mass + added[2]
     frequency = math.sqrt(density * GRAVITY * segment.hydrostatics.waterplane_area / mass)
     damping = heave_wave_damping(density, boom.float_width, boom.float_draft, frequency) * length
@@ -63,14 +65,14 @@ def segment_loads(segment: BoomSegment, boom: Boom) -> LoadModel:
 def _stations(segment: BoomSegment, boom: Boom, along: float) -> list[Station]:
     """Return the stations of half a segment: over the draft, and the freeboard above them."""
     half, height = 0.5 * boom.segment_length, boom.skirt_depth / LEVELS
-    friction = 2.0 * FRICTION
+    friction, normal = 2.0 * FRICTION, skirt_drag(boom.water_density)
     skirt = [
         Station(
             place=np.array([along, 0.0, segment.waterline - (level + 0.5) * height]),
             drag_area=np.array(
                 [
                     friction * height * half,
-                    _normal_drag(boom, level) * height * half,
+                    normal * height * half,
                     FLOAT_DRAG * boom.float_width * half / LEVELS,
                 ]
             ),
@@ -80,7 +82,6 @@ def _stations(segment: BoomSegment, boom: Boom, along: float) -> list[Station]:
         for level in range(LEVELS)
     ]
     dry = boom.freeboard * half
-    normal = skirt_drag(boom.water_density)
     freeboard = Station(
         place=np.array([along, 0.0, segment.waterline + 0.5 * boom.freeboard]),
         drag_area=np.array([friction * dry, normal * dry, 0.0]),
@@ -88,13 +89,3 @@ def _stations(segment: BoomSegment, boom: Boom, along: float) -> list[Station]:
         half_height=0.5 * boom.freeboard,
     )
     return [*skirt, freeboard]
-
-
-def _normal_drag(boom: Boom, level: int) -> float:
-    """Return C_d [1] across a level of the draft, counted from the waterline: the mean of the float's and the net's by their heights."""
-    solid = skirt_drag(boom.water_density)
-    if boom.net is None:
-        return solid
-    height = boom.skirt_depth / LEVELS
-    share = min(1.0, max(0.0, boom.float_draft / height - level))
-    return share * solid + (1.0 - share) * boom.net.drag_coefficient

@@ -137,7 +137,6 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("vessels.NAME.legs", (exercise.LegSettings,)),
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),
-    ("booms.NAME.net", (boom_parts.NetSettings,)),
     ("booms.NAME.pocket", (boom_parts.PocketSettings,)),
     ("booms.NAME.reel", (boom_parts.ReelSettings,)),
     ("moorings.NAME", (moorings.MooringSettings,)),

@@ -12,19 +12,6 @@ The boom's pose gives its top, the particles give the surface before it; f is th
 top as over a broad weir, q = 1.7 (-f)^1.5 [m2/s], and the oil on the surface makes up min(1, h_b / -f) of it. Range: overflow
 that is long against its depth; wave length over height above 10. Source: broad-crested weir, (2/3)^1.5 sqrt(g) = 1.7.
 
-Seepage: the oil that its own weight presses through the meshes of a net (closure).
-
-A floating layer of thickness h presses on a wall with 0.5 rho_o g' h^2 per metre more than the water behind it, which is a mean pressure
-of Dp = 0.5 rho_o g' h. A thick liquid creeps through a round hole of radius r in a thin sheet with Q = r^3 Dp / (3 mu) (Sampson 1891,
-Phil. Trans. A 182:449). With r = w / 2, the circle that fits into a mesh, and one mesh for each p^2, the oil passes at
-
-    v = (w / 2)^3 Dp / (3 mu p^2),    q = v h    [m2/s per metre of boom],
-
-and never faster than the water goes through the net. So a net holds only thick oil: through meshes of 8 mm a layer of 0.1 m (900 kg/m3)
-seeps with 13 cm/s if it has 0.1 Pa s, and with 8 mm a minute if it has 100 Pa s. Left out: tension, which keeps oil out of meshes that
-water wets; a yield stress, as lumps have; debris that closes meshes. So the closure lets more through than a net does.
-Range: creeping flow in the meshes, which thin oil leaves.
-
 The two ways on which closures carry oil out of a boom.
 
 Entrainment: droplets that the water tears off a slick's head and carries under the skirt (closure).
@@ -53,7 +40,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from booms.fast_water import Net, Pocket
+from booms.fast_water import Pocket
 from booms.losses.drainage import drainage_rate, held_thickness
 from booms.losses.liquids import OilOnWater
 from booms.losses.resolution import Resolution
@@ -142,24 +129,6 @@ OVER_TOP = (LossCause.SUBMERGENCE, LossCause.SPLASH_OVER)
 WAYS = (UNDER_FOOT, OVER_TOP)
 
 
-def seepage_speed(speed: ArrayLike, thickness: ArrayLike, net: Net, oil: OilOnWater) -> Array:
-    """Compute the speed v [m/s] at which oil passes a net, at most that of the water there.
-
-    speed U (S,) [m/s] of the undisturbed water; thickness h_b (S,) [m] of the oil at the boom.
-    """
-    viscosity = oil.kinematic_viscosity * oil.oil_density
-    pressure = 0.5 * oil.oil_density * oil.reduced_gravity * np.asarray(thickness, np.float64)
-    hole = (0.5 * net.mesh_opening) ** 3 / (3.0 * net.mesh_pitch**2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        creeping = np.where(pressure > 0.0, hole * pressure / viscosity, 0.0)
-    return np.asarray(np.minimum(creeping, net.through_share * np.asarray(speed)))
-
-
-def seepage_rate(speed: ArrayLike, thickness: ArrayLike, net: Net, oil: OilOnWater) -> Array:
-    """Compute the oil that passes a net, q = v h_b (S,) [m2/s per metre of boom]; arguments as of `seepage_speed`."""
-    return np.asarray(seepage_speed(speed, thickness, net, oil) * np.asarray(thickness))
-
-
 # [m^0.5/s] of a broad-crested weir, (2/3)^1.5 sqrt(g); theory
 WEIR = (2.0 / 3.0) ** 1.5 * GRAVITY**0.5
 
@@ -222,14 +191,11 @@ class Drivers:
 class Closures:
     """The closures of one boom: skirt_depth [m] as built, and what the particles resolve.
 
-    resolution None: nothing is resolved, as in a calculation without particles. net: in the place of the skirt; oil seeps through it, and
-    drainage and critical accumulation have the speed of the water that goes under it, U - u (form assumed).
-    Raises ValueError for a skirt without depth.
+    resolution None: nothing is resolved, as in a calculation without particles. Raises ValueError for a skirt without depth.
     """
 
     skirt_depth: float = quantity("m", above=0.0)
     resolution: Resolution | None = None
-    net: Net | None = None
 
     def __post_init__(self) -> None:
         require("closures of a boom", Closures, {"skirt_depth": self.skirt_depth})
@@ -252,11 +218,10 @@ class Closures:
             torn = entrainment_rate(speed, depth, oil) * escaping_share(speed, held, np.full_like(speed, depth), oil)
             result[LossCause.ENTRAINMENT] = share * torn
         if self.resolution is None or not self.resolution.drainage:
-            under = speed if self.net is None else (1.0 - self.net.through_share) * speed
-            limit = held_thickness(under, drivers.draft, oil)
-            result[LossCause.DRAINAGE] = share * drainage_rate(under, thickness, limit, depth, oil)
+            limit = held_thickness(speed, drivers.draft, oil)
+            result[LossCause.DRAINAGE] = share * drainage_rate(speed, thickness, limit, depth, oil)
             result[LossCause.CRITICAL_ACCUMULATION] = share * accumulation_rate(
-                under, np.minimum(thickness, depth), oil
+                speed, np.minimum(thickness, depth), oil
             )
         planes = drivers.lean > PLANING_ANGLE
         below = list(UNDER_FOOT)
@@ -264,8 +229,6 @@ class Closures:
         for cause in below:
             if cause is not LossCause.PLANING:
                 result[cause, planes] = 0.0
-        if self.net is not None:
-            result[LossCause.THROUGH] = seepage_rate(np.where(wet, speed, 0.0), thickness, self.net, oil)
         over = self._overflow(drivers, thickness)
         result[LossCause.SUBMERGENCE] = np.where(drivers.sunk, over, 0.0)
         result[LossCause.SPLASH_OVER] = np.where(drivers.sunk, 0.0, over)

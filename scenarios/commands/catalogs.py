@@ -82,9 +82,6 @@ def _card_of_boom(entry: CatalogueBoom) -> Table:
 
 def _parts(entry: CatalogueBoom) -> Iterator[tuple[str, str]]:
     """Yield the figures of a boom for fast water, by name, in words."""
-    if entry.net is not None:
-        yield "net.solidity", f"{entry.net.solidity:.0%} of the area is twine"
-        yield "net.mesh_opening", f"{1e3 * entry.net.mesh_opening:g} mm"
     if entry.pocket is not None:
         yield "pocket.length", f"{_metres(entry.pocket.length)} of the boom"
         yield "pocket.speed_ratio", f"{entry.pocket.speed_ratio:g} of the speed outside"

@@ -1,29 +1,13 @@
-"""Parts of a boom that have tables of their own: nets, pockets and reels."""
+"""Parts of a boom that have tables of their own: pockets and reels."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from booms.fast_water import Net, Pocket
+from booms.fast_water import Pocket
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.parsing.quantity_fields import Section
-
-
-@dataclass(frozen=True, kw_only=True)
-class NetSettings(Section):
-    """A net below the float in the place of the skirt (*modelled*).
-
-    solidity      share of the net's area that is twine
-    mesh_opening  [m] between two twines of its square meshes
-    """
-
-    solidity: float = quantity_of(Net, "solidity")
-    mesh_opening: float = quantity_of(Net, "mesh_opening")
-
-    def built(self) -> Net:
-        """Return the net."""
-        return Net(**asdict(self))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +43,5 @@ class ReelSettings(Section):
 
 
 def from_catalogue(value: Any) -> Any:
-    """Return a value of the catalogue as a scenario has it: nets and pockets as their tables."""
-    if isinstance(value, Net):
-        return NetSettings(**asdict(value))
+    """Return a value of the catalogue as a scenario has it: a pocket as its table."""
     return PocketSettings(**asdict(value)) if isinstance(value, Pocket) else value

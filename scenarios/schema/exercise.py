@@ -17,7 +17,7 @@ from booms.catalog import catalogue
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.problems import Problem, ScenarioError, unknown
 from scenarios.schema.bodies import crosses_itself
-from scenarios.schema.boom_parts import NetSettings, PocketSettings, ReelSettings, from_catalogue
+from scenarios.schema.boom_parts import PocketSettings, ReelSettings, from_catalogue
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from vessels.course import CourseLeg
@@ -196,7 +196,6 @@ FROM_CATALOGUE: Mapping[str, Any] = MappingProxyType(
         "strength": None,
         "section_length": None,
         "connector_strength": None,
-        "net": None,
         "pocket": None,
     }
 )
@@ -225,7 +224,6 @@ class BoomSettings(Section):
     ballast_fraction    fraction of the mass that is a chain along the skirt's foot; a lighter boom needs more to stand upright; without
                         `boom`, 0.35
     base_width          [m] of the two tubes full of water of a shore-sealing boom: aground it rests on them, and seals (*modelled*)
-    net                 in the place of the skirt: lets water through, holds thick oil (*modelled*); without particles only
     pocket              of a high-speed system: a covered bag at the middle with slower water (*modelled*); without particles only
     strength            [N] tension at which the boom parts; without it and `boom`, it never does
     section_length      [m] from connector to connector; without it and `boom`, the boom is one section
@@ -263,7 +261,6 @@ class BoomSettings(Section):
     skirt_thickness: float = quantity_of(BoomDesign, "skirt_thickness", default=0.005)
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction", default=None)
     base_width: float | None = quantity_of(BoomDesign, "base_width")
-    net: NetSettings | None = None
     pocket: PocketSettings | None = None
     strength: float | None = quantity("N", default=None, above=0.0)
     section_length: float | None = quantity("m", default=None, above=0.0)
@@ -343,8 +340,6 @@ class BoomSettings(Section):
             yield Problem("area", "crosses or touches itself, allowed: corners in their order round the water")
         if self.reel is not None:
             yield from self._reel_problems(self.reel)
-        if self.net is not None and self.base_width is not None:
-            yield Problem("net", "is given beside base_width, allowed: one of the two in the place of the skirt")
         last = self.segments - 1
         if not all(0 < number <= last for number in self.parted) or len(set(self.parted)) < len(self.parted):
             yield Problem("parted", f"is {list(self.parted)}, allowed: numbers from 1 to {last}, each once")

@@ -230,10 +230,10 @@ def fast_water_problems(
     detail: str | None,
     has_shore: bool,
 ) -> Iterator[Problem]:
-    """Yield nets, pockets and reels that the particles of a run's `detail` would take for skirts, and reels whose boom is held twice."""
+    """Yield pockets and reels that the particles of a run's `detail` would take for skirts, and reels whose boom is held twice."""
     for name, boom in booms.items():
         if detail not in (None, "none"):
-            for part in ("net", "pocket", "reel"):
+            for part in ("pocket", "reel"):
                 if getattr(boom, part) is not None:
                     text = 'is given, allowed: with run.detail = "none"; particles would meet a skirt'
                     yield Problem(f"booms.{name}.{part}", text)

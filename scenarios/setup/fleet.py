@@ -367,7 +367,6 @@ def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
         skirt_thickness=settings.skirt_thickness,
         ballast_fraction=settings.ballast_fraction,
         base_width=settings.base_width,
-        net=None if settings.net is None else settings.net.built(),
         pocket=None if settings.pocket is None else settings.pocket.built(),
         water_density=water_density(scenario),
     )

@@ -144,7 +144,7 @@ def _losses(written: Scenario, slick: Slick, booms: Mapping[str, BoomLayout]) ->
 
 def _pooled(rows: slice, boom: BoomSection) -> PooledBoom:
     """Return a boom of the slick that has these rows there."""
-    closures = Closures(skirt_depth=boom.skirt_depth, net=boom.net)
+    closures = Closures(skirt_depth=boom.skirt_depth)
     if boom.pocket is None:
         return PooledBoom(rows=rows, closures=closures)
     own = boom.pocket.segments(boom.length, boom.segment_count)

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from booms.losses import accumulation, drainage, entrainment, lean, overflow, slick
+from booms.losses import closure_losses, drainage, rates, slick
 from booms.losses.liquids import OilOnWater, mixed
 from oilsim.core.physical_constants import GRAVITY
 
@@ -124,13 +124,13 @@ def test_oil_that_reaches_below_the_foot_drains_with_the_water():
     [(840.0, 0.020, 0.38), (875.0, 0.020, 0.36), (900.0, 0.025, 0.36), (950.0, 0.020, 0.30), (980.0, 0.020, 0.26)],
 )
 def test_onset_of_entrainment(density, tension, onset):
-    assert entrainment.onset_speed(oil(density, tension)) == pytest.approx(onset, abs=0.006)
+    assert rates.onset_speed(oil(density, tension)) == pytest.approx(onset, abs=0.006)
 
 
 def test_waves_that_grow_first_have_no_growth_at_onset():
     """At U_KH, the growth rate of the wave by Kelvin and Helmholtz, with gravity and tension, is 0 there and imaginary beside it."""
     one = oil()
-    speed = entrainment.onset_speed(one) / entrainment.ONSET_RATIO
+    speed = rates.onset_speed(one) / rates.ONSET_RATIO
     total, product = one.oil_density + WATER, one.oil_density * WATER
     first = math.sqrt(GRAVITY * (WATER - one.oil_density) / one.interfacial_tension)  # wave number that grows first
     k = first * np.array([0.8, 1.0, 1.25])
@@ -146,21 +146,21 @@ def test_drops_rise_where_drag_and_buoyancy_are_equal(density, size):
     one = oil(density)
 
     def excess(rise):
-        reynolds = rise * size / entrainment.WATER_VISCOSITY
+        reynolds = rise * size / rates.WATER_VISCOSITY
         drag = max(24.0 / reynolds * (1.0 + 0.15 * reynolds**0.687), 0.44)
         return 0.75 * drag * rise**2 / size - one.reduced_gravity
 
-    assert float(entrainment.rise_speed(size, one)) == pytest.approx(brentq(excess, 1e-9, 1.0), rel=1e-6)
+    assert float(rates.rise_speed(size, one)) == pytest.approx(brentq(excess, 1e-9, 1.0), rel=1e-6)
 
 
 def test_small_drops_rise_by_stokes_law():
     one, size = oil(), 20e-6
-    stokes = one.reduced_gravity * size**2 / (18.0 * entrainment.WATER_VISCOSITY)
-    assert float(entrainment.rise_speed(size, one)) == pytest.approx(stokes, rel=0.01)
+    stokes = one.reduced_gravity * size**2 / (18.0 * rates.WATER_VISCOSITY)
+    assert float(rates.rise_speed(size, one)) == pytest.approx(stokes, rel=0.01)
 
 
 def test_largest_drop_has_a_weber_number_of_twelve():
-    size = float(entrainment.largest_drop(0.5, oil()))
+    size = float(rates.largest_drop(0.5, oil()))
     assert WATER * 0.5**2 * size / 0.025 == pytest.approx(12.0)
     assert size == pytest.approx(1.17e-3, rel=0.01)
 
@@ -169,28 +169,28 @@ def test_largest_drop_has_a_weber_number_of_twelve():
 def test_torn_oil_of_a_metre_of_front(speed, per_hour):
     """C_e (U - U_e) h_f, with the onset of 0.36 m/s that the check values have."""
     one = oil()
-    excess = (speed - 0.36) / (speed - entrainment.onset_speed(one))
-    assert 3600.0 * excess * float(entrainment.entrainment_rate(speed, 0.4, one)) == pytest.approx(per_hour, rel=0.03)
+    excess = (speed - 0.36) / (speed - rates.onset_speed(one))
+    assert 3600.0 * excess * float(rates.entrainment_rate(speed, 0.4, one)) == pytest.approx(per_hour, rel=0.03)
 
 
 def test_a_long_pool_catches_its_own_drops():
-    share = entrainment.escaping_share(np.full(3, 0.45), np.array([0.05, 0.3, 2.0]), np.full(3, 0.4), oil())
+    share = rates.escaping_share(np.full(3, 0.45), np.array([0.05, 0.3, 2.0]), np.full(3, 0.4), oil())
     assert 1.0 > share[0] > share[1] > share[2] > 0.0
     one, speed, held, draft = oil(), 0.45, 0.3, 0.4
-    rise = float(entrainment.rise_speed(0.4 * entrainment.largest_drop(speed, one), one))
+    rise = float(rates.rise_speed(0.4 * rates.largest_drop(speed, one), one))
     length, deep = (float(of(speed, held, one)) for of in (slick.slick_length, slick.boom_thickness))
     assert share[1] == pytest.approx(math.exp(-rise * length / (speed * (draft - deep))))
 
 
 def test_viscous_oil_is_lost_as_a_whole_and_thin_oil_is_not():
     thick = oil(980.0, 0.02, 5e-3)
-    rate = accumulation.accumulation_rate(np.array([0.19, 0.30]), 0.2, thick)
+    rate = rates.accumulation_rate(np.array([0.19, 0.30]), 0.2, thick)
     assert list(rate) == [0.0, pytest.approx(0.03 * 0.1 * 0.2)]
-    assert not accumulation.accumulation_rate(np.array([0.6]), 0.2, oil()).any()
+    assert not rates.accumulation_rate(np.array([0.6]), 0.2, oil()).any()
 
 
 def test_overflow_is_a_weir_of_which_oil_is_the_top():
-    rate = overflow.overflow_rate(np.array([0.05, -0.02, -0.1]), 0.05)
+    rate = rates.overflow_rate(np.array([0.05, -0.02, -0.1]), 0.05)
     assert list(rate) == [
         0.0,
         pytest.approx(1.705 * 0.02**1.5, rel=1e-3),
@@ -199,4 +199,4 @@ def test_overflow_is_a_weir_of_which_oil_is_the_top():
 
 
 def test_draft_ends_at_the_surface():
-    assert list(lean.effective_draft(1.0, np.array([0.7, 1.1]))) == [pytest.approx(0.3), 0.0]
+    assert list(closure_losses.effective_draft(1.0, np.array([0.7, 1.1]))) == [pytest.approx(0.3), 0.0]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from coupling.bodies import box
 
+from coupling.solids.bodies import box
 from scenarios.cli import main
 from scenarios.running.output_paths import require_writable
 from scenarios.sweeps.variants import MANY_RUNS, MOST_RUNS
