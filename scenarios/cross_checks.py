@@ -15,6 +15,7 @@ from pathlib import Path
 from oilsim.core.config import FURTHEST, longest_time_step
 from oilsim.core.phases import EXPLICIT_UP_TO, RIGHT_ANGLE
 from oilsim.core.quantity import SHORTEST_DIRECTION
+from oilsim.sea.flows import ALONG
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems
@@ -33,6 +34,7 @@ from scenarios.schema.liquid import (
     floating_oil_problems,
     light_problems,
     lost_oil_problems,
+    top_of_water,
 )
 from scenarios.schema.moorings import MooringSettings, TieSettings, fast_water_problems, mooring_problems, tie_problems
 from scenarios.schema.parsing.quantity_fields import Vector
@@ -40,7 +42,6 @@ from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings, ShoreSettings, shore_problems
-from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings, WindSettings, ZoneSettings
 from scenarios.schema.window import WindowTable, window_place
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
@@ -76,7 +77,6 @@ class Parts:
     phases: Mapping[str, PhaseSettings] = field(default_factory=dict)
     fill: Mapping[str, Fill] = field(default_factory=dict)
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
-    forcing: ForcingSettings | None = None
     window: Mapping[str, WindowTable] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
@@ -113,15 +113,15 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     detail = None if parts.run is None else parts.run.detail
     yield from fast_water_problems(parts.booms, parts.moorings, parts.ties, detail, "shore" in parts.given)
     yield from _skimmers(parts)
-    yield from shore_problems(parts.shore, parts.sea, parts.run, "sea" in parts.given, parts.names["bodies"])
+    yield from shore_problems(parts.shore, parts.sea, parts.run, parts.names["bodies"])
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         if parts.tank is not None:
             yield from air_problems(parts.phases, parts.fluid, parts.tank, _under_the_sky(parts))
         yield from _explicit(parts.fluid, parts.phases.values())
         yield from _contact_angles(parts, parts.fluid)
-    if parts.forcing is not None and parts.forcing.waves is not None:
-        yield from _waves(parts.forcing.waves, parts.fluid, parts.tank)
+    if parts.sea is not None and parts.run is not None and parts.run.has_particles:
+        yield from _sea_in_a_tank(parts.sea, parts.fluid, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
     if parts.fmus:
@@ -188,7 +188,8 @@ def _sea_decides(fluid: FluidSettings) -> Iterator[Problem]:
 def _under_the_sky(parts: Parts) -> list[str]:
     """Name the tables with entries that take every phase that is no oil for water under an open sky."""
     tables = {"booms": parts.booms, "vessels": parts.vessels, "emitters": parts.emitters, "window": parts.window}
-    tables["forcing"] = {} if parts.forcing is None else {key: one for key, one in vars(parts.forcing).items() if one}
+    if parts.sea is not None:
+        tables["sea"] = {kind: one for kind in ("waves", "current", "wind") if (one := getattr(parts.sea, kind))}
     return [name for name, entries in tables.items() if entries]
 
 
@@ -258,10 +259,14 @@ def _plane(parts: Parts) -> Iterator[Problem]:
         if vector is not None and vector[1] != 0.0:
             yield Problem(path, f"has y = {vector[1]:g}, allowed: 0 with fluid.dimension = 2")
     for kind in ("wind", "waves", "current"):
-        weather: WindSettings | WaveSettings | CurrentSettings | None = getattr(parts.forcing, kind, None)
-        if weather is not None and abs(math.sin(weather.direction)) > 1e-9:
-            text = f"is {weather.direction:g} rad, allowed: 0 or pi, along x, with fluid.dimension = 2"
-            yield Problem(f"forcing.{kind}.direction", text)
+        direction = getattr(getattr(parts.sea, kind, None), "direction", 0.0)
+        if abs(math.sin(direction)) > ALONG:
+            text = f"is {direction:g} rad, allowed: 0 or pi, along x, with fluid.dimension = 2"
+            yield Problem(f"sea.{kind}.direction", text)
+    for path in ("wind.deflection", "waves.spread"):
+        kind, key = path.split(".")
+        if getattr(getattr(parts.sea, kind, None), key, None):
+            yield Problem(f"sea.{path}", "is given, allowed: only with fluid.dimension = 3")
 
 
 def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator[Problem]:
@@ -273,14 +278,12 @@ def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator
         yield Problem("fluid.explicit_viscosity", text)
 
 
-def _waves(waves: WaveSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:
-    """Check that waves have gravity, and water of some depth."""
-    if fluid is not None and math.hypot(*fluid.gravity) < SHORTEST_DIRECTION:
-        yield Problem("forcing.waves", "is given, allowed: only with fluid.gravity, by which waves run")
-    if tank is not None and waves.level is not None and waves.level <= tank.lower[2]:
-        yield Problem(
-            "forcing.waves.level", f"is {waves.level:g}, allowed: above the tank's floor, {tank.lower[2]:g} m"
-        )
+def _sea_in_a_tank(sea: SeaSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:
+    """Check that waves have gravity, and that the sea's surface lies in the tank."""
+    if sea.waves is not None and fluid is not None and math.hypot(*fluid.gravity) < SHORTEST_DIRECTION:
+        yield Problem("sea.waves", "is given, allowed: only with fluid.gravity, by which waves run")
+    if tank is not None and sea.level is not None and sea.level < tank.lower[2]:
+        yield Problem("sea.level", f"is {sea.level:g}, allowed: the tank's floor, {tank.lower[2]:g} m, or above")
 
 
 def _meshes(parts: Parts) -> Iterator[Problem]:
@@ -315,10 +318,9 @@ def _places(parts: Parts, tank: Tank) -> Iterator[Problem]:
     for name, leg in parts.moorings.items():
         point = (*leg.anchor, tank.lower[2])
         yield from _inside(f"moorings.{name}.anchor", (point, point), tank)
-    for kind in ("waves", "current"):
-        zone: ZoneSettings | None = getattr(parts.forcing, kind, None)
-        if zone is not None and zone.lower is not None and zone.upper is not None:
-            yield from _inside(f"forcing.{kind}", (zone.lower, zone.upper), tank)
+    for name, zone in tank.zones.items():
+        if zone.lower is not None and zone.upper is not None:
+            yield from _inside(f"tank.zones.{name}", (zone.lower, zone.upper), tank)
 
 
 def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Problem]:
@@ -338,7 +340,8 @@ def _floating(parts: Parts) -> Iterator[Problem]:
         told = any(boom.losses == "closures" for boom in parts.booms.values())
         yield from floating_oil_problems(parts.phases, used, parts.run.detail, told)
         if parts.tank is not None and parts.sea is not None and parts.run.detail == "none":
-            yield from afloat_problems(parts.fill, parts.phases, parts.tank, parts.sea.level)
+            level = top_of_water(parts.fill, parts.phases) if parts.sea.level is None else parts.sea.level
+            yield from afloat_problems(parts.fill, parts.phases, parts.tank, level or 0.0)
 
 
 def _skimmers(parts: Parts) -> Iterator[Problem]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from scenarios.cross_checks import NAMED_TABLES, Parts, problems_between
-from scenarios.problems import Problem, ScenarioError, suggestion, unknown
+from scenarios.problems import MOVED, Problem, ScenarioError, moved, suggestion, unknown
 from scenarios.scenario import Scenario
 from scenarios.schema.parsing.compass import without_compass
 from scenarios.schema.parsing.overrides import merged, parse_override, with_override
@@ -84,15 +84,31 @@ def load_scenario(source: str | Path, *, overrides: Sequence[str] = (), demo: bo
 
 def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenario:
     """Build a scenario from plain data; relative mesh files are searched in `folder`. ScenarioError with every problem found."""
+    data, renamed = _without_moved(data)
     data, misread = without_compass(_with_paths(data, folder or Path.cwd()))
+    misread = [*renamed, *misread]
     sound, problems = _structured(data)
-    unread = [_field_of(fault) for fault in misread]
+    unread = [_field_of(fault) for fault in misread if fault not in renamed]
     problems = misread + [one for one in problems if one.path not in unread]
     if not problems:
         return Scenario(**sound)
     names = {table: tuple(data[table]) if isinstance(data.get(table), Mapping) else () for table in NAMED_TABLES}
     parts = {name: sound[name] for name in Parts.__dataclass_fields__ if name in sound}
     raise ScenarioError([*problems, *problems_between(Parts(names=names, given=frozenset(data), **parts))])
+
+
+def _without_moved(data: Mapping[str, Any], path: str = "") -> tuple[dict[str, Any], list[Problem]]:
+    """Copy the data without keys that had other names, and return a problem for each of them."""
+    kept, problems = dict[str, Any](), list[Problem]()
+    for key, value in data.items():
+        place, below = f"{path}{key}", list[Problem]()
+        if isinstance(value, Mapping) and any(one.startswith(f"{place}.") for one in MOVED):
+            value, below = _without_moved(value, f"{place}.")
+        text = moved(place)
+        problems += below or ([Problem(place, text)] if text else [])
+        if not text:
+            kept[key] = value
+    return kept, problems
 
 
 def _without_newcomers(problems: Sequence[Problem], data: Mapping[str, Any], overrides: Sequence[str]) -> list[Problem]:

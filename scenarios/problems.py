@@ -7,6 +7,32 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+# Keys that had other names, and where their values are written now; the longest that fits counts.
+MOVED = {
+    "forcing": "sea",
+    "forcing.wind.gustiness": "sea.wind.gust_intensity",
+    "forcing.wind.gust_time": "sea.wind.highest_frequency",
+    "forcing.wind.drag_coefficient": "",
+    "forcing.waves.level": "sea.level",
+    **{
+        f"forcing.{kind}.{key}": f"tank.zones.NAME.{key}"
+        for kind in ("waves", "current")
+        for key in ("lower", "upper", "relaxation_time", "edge")
+    },
+    "sea.turbulence": "sea.diffusivity",
+    "sea.turbulence.diffusivity": "sea.diffusivity",
+    "sea.turbulence.stretch": "",
+}
+
+
+def moved(path: str) -> str:
+    """Say by which key a key that had another name is written now; empty for one that never had."""
+    old = max((key for key in MOVED if f"{path}.".startswith(f"{key}.")), key=len, default=None)
+    if old is None:
+        return ""
+    new = MOVED[old] + path[len(old) :] if MOVED[old] else ""
+    return f"is now {new}" if new else "is no more, allowed: without it"
+
 
 @dataclass(frozen=True, order=True)
 class Problem:

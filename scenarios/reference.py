@@ -22,7 +22,6 @@ from scenarios.schema import (
     run_settings,
     sea,
     training,
-    weather,
     window,
 )
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
@@ -116,17 +115,14 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("fluid", (liquid.FluidSettings,)),
     ("phases.NAME", (liquid.PhaseSettings,)),
     ("tank", (liquid.Tank,)),
+    ("tank.zones.NAME", (liquid.ZoneSettings,)),
     ("fill.NAME", get_args(liquid.Fill)),
     ("emitters.NAME", (liquid.PipeEmitterSettings,)),
-    ("forcing.wind", (weather.WindSettings,)),
-    ("forcing.waves", (weather.WaveSettings,)),
-    ("forcing.current", (weather.CurrentSettings,)),
     ("sea", (sea.SeaSettings,)),
     ("sea.waves", get_args(sea.SeaWaves)),
     ("sea.current", get_args(sea.SeaCurrent)),
     ("sea.wind", get_args(sea.SeaWind)),
     ("sea.langmuir", (sea.LangmuirSettings,)),
-    ("sea.turbulence", (sea.TurbulenceSettings,)),
     ("sea.tide", (sea.TideSettings,)),
     ("shore", (sea.ShoreSettings,)),
     ("window", (window.WindowTable,)),
@@ -167,7 +163,7 @@ def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
         yield from _section(table, shared, set())
     for section in sections:
         if section.TAG is not None:
-            yield f'### {section.TAG[0]} = "{section.TAG[1]}"'
+            yield f'### {section.TAG[0]} = "{section.TAG[1]}"' + ", the default" * section.USUAL
         known = {item.name for item in fields(shared)} if shared is not None else set()
         yield from _section(table, section, known)
 
@@ -198,9 +194,10 @@ def _row(table: str, section: type[Section], item: Field[Any]) -> str:
     kind = field_kinds(section)[item.name]
     value = _value(kind) if limits is None else f"{shape_of(kind)}, {limits.allowed}"
     own = f"{table}.{item.name}"
-    if own in (chapter for chapter, _ in CHAPTERS):
-        tables = "a list of tables" if get_origin(kind) is tuple else "a table"
-        value = f"{tables}, see [{own}](#{own.replace('.', '').lower()})"
+    chapter = next((one for one, _ in CHAPTERS if one in (own, f"{own}.NAME")), None)
+    if chapter is not None:
+        tables = {tuple: "a list of tables", Mapping: "tables"}.get(get_origin(kind), "a table")
+        value = f"{tables}, see [{chapter}](#{chapter.replace('.', '').lower()})"
     names = keys_of(section, item.name)
     return f"| {', '.join(f'`{name}`' for name in names)} | {value} | {_default(item)} |"
 

@@ -26,9 +26,8 @@ from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import CameraSettings, Level, RecordingSettings, RunSettings, SiteSettings
-from scenarios.schema.sea import JonswapSeaWaves, SeaSettings, ShoreSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.training import ExerciseSettings
-from scenarios.schema.weather import ForcingSettings
 from scenarios.schema.window import WindowTable
 
 __all__ = ["CameraSettings", "RecordingSettings", "RunSettings", "Scenario", "SiteSettings"]
@@ -56,8 +55,7 @@ class Scenario(Section):
     tank: Tank
     fill: Mapping[str, Fill] = field(default_factory=dict)
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
-    forcing: ForcingSettings = field(default_factory=ForcingSettings)
-    sea: SeaSettings | None = None
+    sea: SeaSettings = field(default_factory=SeaSettings)
     shore: ShoreSettings | None = None
     window: Mapping[str, WindowTable] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
@@ -96,25 +94,9 @@ class Scenario(Section):
         )
 
     @property
-    def _wave_height_and_period(self) -> tuple[float, float]:
-        """Height [m] and period [s] of the waves, of a spectrum the significant one and that of its peak; 0 without waves."""
-        weather = self.forcing if self.run.has_particles else self.sea
-        waves = None if weather is None else weather.waves
-        if waves is None:
-            return 0.0, 0.0
-        if isinstance(waves, JonswapSeaWaves):
-            return waves.significant_height, waves.peak_period
-        return waves.height, waves.period
-
-    @property
-    def wave_period(self) -> float:
-        """Period [s] of the waves, of a spectrum that of its peak, as seen from the water; 0 without waves."""
-        return self._wave_height_and_period[1]
-
-    @property
     def orbital_speed(self) -> float:
         """Speed pi H / T [m/s] at which the water of the waves swings at the surface of deep water; 0 without waves."""
-        height, period = self._wave_height_and_period
+        height, period = self.sea.height_and_period
         return math.pi * height / period if period else 0.0
 
     @property

@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable
 from oilsim.core.quantity import Quantity, quantities, quantity, quantity_of, require
-from oilsim.forcing import Wind
 from vessels.course import Course, CourseLeg, wrap_angle
 from vessels.vessel import ControlGains, Vessel, moved_by, planar_motion
+from vessels.windage import Wind
 
 Array = NDArray[np.float64]
 HELM_ORDERS = {"speed_order": quantities(CourseLeg)["speed"], "heading_order": quantities(CourseLeg)["heading"]}
-STRONGEST = quantities(Wind)["speed"].at_most or 0.0
-WIND = Quantity(unit="m/s", at_least=-STRONGEST, at_most=STRONGEST)  # each component
 
 
 @dataclass
@@ -49,13 +47,17 @@ class _ControlState:
 
 
 class _Controls(Participant):
-    """What steers a vessel, and the wrench that machinery and wind make; `current`: the water's velocity (2,) [m/s] at a time."""
+    """What steers a vessel, and the wrench that machinery and wind make.
+
+    current: the water's velocity (2,) [m/s] at a time [s]; wind: that of the air (3,) [m/s] at a place (2,) [m] and a time.
+    """
 
     def __init__(self, vessel: Vessel, orders: Mapping[str, Quantity]) -> None:
         super().__init__(f"{vessel.name}-control", control_variables(vessel.name, orders))
         self.vessel = vessel
         self._values[f"{vessel.name}.pose"][6] = 1.0
         self.current: Callable[[float], Array] = no_current
+        self.wind: Wind = no_wind
 
     def _motion(self) -> tuple[Array, float, float, float, float]:
         """Return the vessel's motion as `planar_motion` does."""
@@ -64,7 +66,7 @@ class _Controls(Participant):
     def _push(self, time: float, wanted: tuple[float, float, float], step_size: float) -> StepResult:
         """Give the wrench from `time` to `time + step_size` [s] by thrusts ahead and to port [N] and a yaw moment [N m] that are wanted."""
         name = self.vessel.name
-        pose, twist, wind, rudder = (self._values[f"{name}.{what}"] for what in ("pose", "twist", "wind", "rudder"))
+        pose, twist, rudder = (self._values[f"{name}.{what}"] for what in ("pose", "twist", "rudder"))
         _, heading, surge, _, _ = planar_motion(pose, twist)
         motion = (pose, twist, self.current(time))
         wrench, given, angle = moved_by(self.vessel, motion, wanted, float(rudder), step_size)
@@ -72,14 +74,16 @@ class _Controls(Participant):
         outputs |= {"speed": surge, "heading": heading, "rudder": angle}
         for what, value in outputs.items():
             self._values[f"{name}.{what}"] = np.array(value)
-        self._values[f"{name}.applied_wrench"] = wrench + self.vessel.wind_wrench(pose, twist, wind)
+        self._values[f"{name}.applied_wrench"] = wrench + self.vessel.wind_wrench(
+            pose, twist, self.wind(pose[:2], time)
+        )
         return StepResult(Status.OK, time + step_size)
 
 
 class VesselControl(_Controls):
     """Speed and heading control of `vessel`.
 
-    Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.speed_order
+    Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], and the orders <vessel>.speed_order
     [m/s] and <vessel>.heading_order [rad]. An order replaces that of the course until the next leg begins; an autopilot that sets orders
     at every step always rules. Outputs: <vessel>.applied_wrench (6,) [N, N m], and for the record <vessel>.thrust, <vessel>.side_thrust
     [N], <vessel>.yaw_moment [N m], <vessel>.speed [m/s], <vessel>.heading [rad], <vessel>.rudder [rad]. `current` gives the water's
@@ -247,6 +251,11 @@ def _integrand(error: float, wanted: float, limited: float) -> float:
     return 0.0 if (wanted - limited) * error > 0.0 else error
 
 
+def no_wind(place: Array, time: float) -> Array:
+    """Return zeros (3,) [m/s]: still air."""
+    return np.zeros(3)
+
+
 def no_current(time: float) -> Array:
     """Return the current (2,) [m/s] of still water at any time [s]."""
     return np.zeros(2)
@@ -258,7 +267,6 @@ def control_variables(vessel: str, orders: Mapping[str, Quantity]) -> list[Varia
     return [
         Variable(f"{vessel}.pose", "m, 1", (7,), given),
         Variable(f"{vessel}.twist", "m/s, rad/s", (6,), given),
-        Variable(f"{vessel}.wind", "m/s", (3,), given, limits=WIND),
         *(Variable(f"{vessel}.{order}", limits.unit, (), given, limits=limits) for order, limits in orders.items()),
         Variable(f"{vessel}.applied_wrench", "N, N m", (6,), taken),
         Variable(f"{vessel}.thrust", "N", (), taken),
@@ -280,7 +288,7 @@ MACHINERY_ORDERS = {
 class ManualControl(_Controls):
     """Manual control of `vessel`: it pushes as ordered.
 
-    Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], <vessel>.wind (3,) [m/s], and the orders <vessel>.thrust_order
+    Inputs: <vessel>.pose (7,) [m, 1], <vessel>.twist (6,) [m/s, rad/s], and the orders <vessel>.thrust_order
     (ahead) and <vessel>.side_thrust_order (to port) [N] and <vessel>.yaw_moment_order [N m] (counter-clockwise), each 0 until it is set.
     Outputs: <vessel>.applied_wrench (6,) [N, N m], and the part of the orders that the machinery can give: <vessel>.thrust,
     <vessel>.side_thrust [N], <vessel>.yaw_moment [N m]; <vessel>.speed [m/s], <vessel>.heading [rad],

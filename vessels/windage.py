@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import trimesh
@@ -13,6 +13,7 @@ from coupling.multibody.rotations import rotation_matrices
 from oilsim.core.physical_constants import AIR_DENSITY
 
 Array = NDArray[np.float64]
+Wind = Callable[[Array, float], Array]  # (3,) [m/s] at a place (2,) [m] and a time [s]
 DRAG_COEFFICIENT = (
     1.0  # [1] of boxes and hulls in the wind; the rule 26 A (V / 40)^2 kgf of responders, V in knots, is 0.98
 )
@@ -55,13 +56,13 @@ class Windage:
 class WindOnBodies(Participant):
     """The wind on floating bodies that no helmsman steers.
 
-    Inputs: <body>.pose (7,) [m, 1], <body>.twist (6,) [m/s, rad/s], and one wind (3,) [m/s]. Output: <body>.applied_wrench (6,) [N, N m].
+    Inputs: <body>.pose (7,) [m, 1], <body>.twist (6,) [m/s, rad/s]. Output: <body>.applied_wrench (6,) [N, N m].
     """
 
-    def __init__(self, bodies: Mapping[str, Windage]) -> None:
-        """Take the surfaces of the bodies by name."""
-        self._bodies = dict(bodies)
-        super().__init__("wind", [Variable("wind", "m/s", (3,), Causality.INPUT), *_variables(list(bodies))])
+    def __init__(self, bodies: Mapping[str, Windage], wind: Wind) -> None:
+        """Take the surfaces of the bodies by name, and the wind (3,) [m/s] by place (2,) [m] and time [s]."""
+        self._bodies, self._wind = dict(bodies), wind
+        super().__init__("wind", _variables(list(bodies)))
         for body in bodies:
             self._values[f"{body}.pose"][6] = 1.0
 
@@ -74,7 +75,7 @@ class WindOnBodies(Participant):
         """Choose the wrenches that act from `time` to `time + step_size` [s]."""
         for body, windage in self._bodies.items():
             pose, twist = self._values[f"{body}.pose"], self._values[f"{body}.twist"]
-            self._values[f"{body}.applied_wrench"] = windage.wrench(pose, twist, self._values["wind"])
+            self._values[f"{body}.applied_wrench"] = windage.wrench(pose, twist, self._wind(pose[:2], time))
         return StepResult(Status.OK, time + step_size)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, nearest_image
 from oilsim import Fluid
-from oilsim.forcing import AiryWaves, Current, heading
+from oilsim.sea import SeaForcing
 
 Array = NDArray[np.float64]
 
@@ -18,23 +18,17 @@ NEAREST, FARTHEST = 2.0, 4.0  # [drafts] ahead of the segment between which the 
 
 
 def forced_flow(fluid: Fluid, boom: BoomState, height: float, period: tuple[float, float]) -> Array | None:
-    """Return the horizontal flow (S, 2) [m/s] at the segments that the fluid's current and waves prescribe; None without either.
+    """Return the horizontal flow (S, 2) [m/s] at the segments that the sea's current and waves prescribe; None without either.
 
     height [m]: at which the waves' orbital velocity is taken. period [m] of the sea along x and y: a segment that has sailed on beyond the
     fluid's box meets the waves that run in the box.
     """
-    flow, forced = np.zeros((len(boom.position), 2)), False
+    driving = next((one for one in fluid.forcings if isinstance(one, SeaForcing)), None)
+    if driving is None or not driving.drives_water:
+        return None
     middle = 0.5 * (np.array(fluid.config.lower) + np.array(fluid.config.upper))
-    x, y = nearest_image(boom.position[:, :2], middle, period).astype(np.float32).T
-    for forcing in fluid.forcings:
-        if isinstance(forcing, Current):
-            flow += np.asarray(forcing.velocity[:2])
-            forced = True
-        elif isinstance(forcing, AiryWaves):
-            along, _ = forcing.velocity(x, y, np.full_like(x, height), fluid.time)
-            flow += np.outer(along, heading(forcing.direction))
-            forced = True
-    return flow if forced else None
+    places = nearest_image(boom.position[:, :2], middle, period)
+    return driving.stream(np.column_stack([places, np.full(len(places), height)]), fluid.time)[:, :2]
 
 
 def flow_ahead(

@@ -17,7 +17,6 @@ from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LangmuirCells
 from oilsim.sea.regular_waves import RegularWaves
 from oilsim.sea.tide import Tide
-from oilsim.sea.turbulence import Turbulence
 from oilsim.sea.wave_components import StillWater
 from oilsim.sea.wind_stress import WindDrift
 
@@ -97,13 +96,13 @@ class SeaDescription:
     depth       [m] of the still water
     level       [m] height of the still water in the world
     density     [kg/m3] of the water
-    gravity     [m/s2]
+    gravity     [m/s2]; waves need it
     waves       RegularWaves, JonswapWaves, or None
     build_up    [s] since time 0, over which the waves grow from nothing; see `growth`
     current     CurrentProfile, or None
     wind        WindField, or None
     langmuir    LangmuirCells, or None; they need wind and waves
-    turbulence  Turbulence, or None
+    diffusivity [m2/s] of the turbulence that disperses what floats, in all horizontal directions; 0.1 to 10 at sea
     tide        Tide, or None: the surface stays at `level`, but for its waves
     carried     Continuation of the sea before this one; by default there is none
     Raises ValueError for values that are not allowed; `oilsim.sea.Sea` raises it for waves that cannot be.
@@ -112,12 +111,12 @@ class SeaDescription:
     depth: float = quantity("m", above=0.0, at_most=12000.0)
     level: float = quantity("m", default=0.0)
     density: float = quantity("kg/m3", default=SEA_WATER_DENSITY, above=0.0)
-    gravity: float = quantity("m/s2", default=GRAVITY, above=0.0)
+    gravity: float = quantity("m/s2", default=GRAVITY, at_least=0.0)
     waves: RegularWaves | JonswapWaves | None = None
     current: CurrentProfile | None = None
     wind: WindField | None = None
     langmuir: LangmuirCells | None = None
-    turbulence: Turbulence | None = None
+    diffusivity: float = quantity("m2/s", default=0.0, at_least=0.0)
     tide: Tide | None = None
     build_up: float = quantity("s", default=0.0, at_least=0.0)
     carried: Continuation = field(default_factory=Continuation)
@@ -131,9 +130,10 @@ class SeaDescription:
         yield from of_kind("current", self.current, CurrentProfile, none)
         yield from of_kind("wind", self.wind, WindField, none)
         yield from of_kind("langmuir", self.langmuir, LangmuirCells, none)
-        yield from of_kind("turbulence", self.turbulence, Turbulence, none)
         yield from of_kind("tide", self.tide, Tide, none)
         yield from of_kind("carried", self.carried, Continuation)
+        if self.waves is not None and self.gravity == 0.0:
+            yield "gravity is 0 m/s2, allowed with waves: above 0 m/s2"
         if self.langmuir is not None and (self.wind is None or self.waves is None):
             yield "langmuir is given without wind and waves, allowed: with both, which make the cells"
 

@@ -1,6 +1,6 @@
 """Wave number of linear waves on a current that may be sheared, the steepest wave that does not break, and its second harmonic.
 
-Without a current, `oilsim.forcing.wave_number` solves sigma^2 = g k tanh(k h). On a current the frequency seen from the ground is
+Without a current, `wave_number` solves sigma^2 = g k tanh(k h). On a current the frequency seen from the ground is
 omega = sigma + k . U. A sheared current U(z) carries a wave of number k by its mean with the weight cosh 2k(h + z) (Stewart and Joy 1974;
 Kirby and Chen 1989, first order), written here as a share of the current at the surface.
 """
@@ -12,6 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.core.physical_constants import GRAVITY
+
 Double = NDArray[np.float64]
 
 # [1] points of the Gauss-Legendre rule over the depth; numerical; the share is exact to 1e-5 for exponents from 0 to 1
@@ -22,6 +24,22 @@ MICHE = 0.142
 SEARCHED = np.linspace(1.0, 6.0, 501)
 # [1] steps of the bisection; numerical; each halves the interval
 BISECTIONS = 60
+
+
+def wave_number(period: float, depth: float, gravity: float = GRAVITY) -> float:
+    """Solve the linear dispersion relation omega^2 = g k tanh(k h) (Airy waves) for k [1/m], by Newton's method.
+
+    period [s]; depth h [m]; gravity g [m/s2].
+    """
+    omega = 2.0 * math.pi / period
+    k = omega * omega / gravity / math.sqrt(math.tanh(omega * omega * depth / gravity))
+    for _ in range(50):
+        tanh = math.tanh(k * depth)
+        change = (gravity * k * tanh - omega * omega) / (gravity * (tanh + k * depth * (1.0 - tanh * tanh)))
+        k -= change
+        if abs(change) < 1e-14 * k:
+            break
+    return k
 
 
 def current_share(wave_number: Double, depth: float, shear_exponent: float) -> Double:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.core.quantity import quantity, require
-from oilsim.forcing import heading
 
 Double = NDArray[np.float64]
 
@@ -21,8 +20,19 @@ Double = NDArray[np.float64]
 LUNAR_TIDE = 12.42 * 3600.0
 # [1] longest interval of a table, over its median, that counts as no gap; numerical; times of tide tables vary by less
 GAP = 2.5
-# [m/s] fastest flow; numerical; the limit of the forcing `wind`
+# [m/s] fastest flow; numerical; beyond any wind at sea
 FASTEST = 100.0
+# [1] component of a unit vector up to which it counts as 0; numerical; far above the rounding of sin(pi), 1e-16
+ALONG = 1e-9
+
+
+def heading(direction: float) -> tuple[float, float]:
+    """Return the unit vector (x, y) towards `direction` [rad from +x].
+
+    It is exact along the axes, so that a run in the plane stays there: sin(pi) is 1e-16, not 0.
+    """
+    x, y = math.cos(direction), math.sin(direction)
+    return (x if abs(x) > ALONG else 0.0, y if abs(y) > ALONG else 0.0)
 
 
 class Flow(Protocol):

@@ -9,9 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from oilsim.core.quantity import quantity, require
-from oilsim.forcing import heading, wave_number
-from oilsim.sea.dispersion_relation import current_share, second_harmonic, steepest_height, wave_number_on_current
-from oilsim.sea.flows import Flow, SteadyFlow
+from oilsim.sea.dispersion_relation import (
+    current_share,
+    second_harmonic,
+    steepest_height,
+    wave_number,
+    wave_number_on_current,
+)
+from oilsim.sea.flows import Flow, SteadyFlow, heading
 from oilsim.sea.wave_components import StillWater, WaveComponents
 
 THEORIES = ("linear", "stokes-2")

@@ -237,18 +237,6 @@ class Sea:
             math.hypot(*self.mean_wind(time)), math.hypot(*self._surface_stokes_drift), self._water.density
         )
 
-    def random_walk(
-        self, count: int, step: int, time_step: float, *, time: float = 0.0, age: ArrayLike = 0.0
-    ) -> Double:
-        """Draw the turbulent displacements (N, 2) [m] of `count` N parcels in the step with the number `step`, of `time_step` [s].
-
-        age: scalar or (N,) [s]. See `oilsim.sea.turbulence.Turbulence.displacement`; zeros without turbulence.
-        """
-        turbulence = self.description.turbulence
-        if turbulence is None:
-            return np.zeros((count, 2))
-        return turbulence.displacement(count, step, time_step, self.mean_wind(time), age)
-
     def travel(self, time: float) -> Double:
         """Return the way (2,) [m] of the surface current since time 0, that in the seas before this one included."""
         return self._own_travel(time) + self.description.carried.way

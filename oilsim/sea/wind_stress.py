@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from oilsim.core.physical_constants import AIR_DENSITY
 from oilsim.core.quantity import quantity, require
 
 Double = NDArray[np.float64]
+Speed = TypeVar("Speed", float, Double)
 
 # [1] drift of the surface over the friction speed in the air; paper (Wu 1975); measured in a flume, 0.53
 SURFACE_DRIFT = 0.53
@@ -20,8 +21,8 @@ SURFACE_DRIFT = 0.53
 KARMAN = 0.40
 
 
-def drag_coefficient(speed: float) -> float:
-    """Return C_D [-] of the sea for the wind speed U [m/s] at 10 m: (0.8 + 0.065 U) 1e-3 (Wu 1982)."""
+def drag_coefficient(speed: Speed) -> Speed:
+    """Return C_D [-] of the sea for the wind speed U [m/s] at 10 m, a number or (N,): (0.8 + 0.065 U) 1e-3 (Wu 1982)."""
     return (0.8 + 0.065 * speed) * 1e-3
 
 

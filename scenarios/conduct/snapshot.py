@@ -120,7 +120,6 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         ],
         "speeds": {"limit": PRACTICE_SPEED, "steps": NORMAL_SPEEDS},
         "tows": scenario.tow is not None and any(not (one.legs or one.waypoints) for one in scenario.vessels.values()),
-        "weather_table": "forcing" if scenario.run.has_particles or scenario.sea is None else "sea",
         "modelled": not scenario.run.has_particles,
     }
 
@@ -150,9 +149,7 @@ def weather_of(scenario: Scenario) -> dict[str, Any]:
 
     The speed of a tide, or of a table of times, is its largest, or None.
     """
-    at_sea = not scenario.run.has_particles and scenario.sea is not None
-    source: Any = scenario.sea if at_sea else scenario.forcing
-    current, wind, waves = source.current, source.wind, source.waves
+    current, wind, waves = scenario.sea.current, scenario.sea.wind, scenario.sea.waves
     return {
         "current": None if current is None else _flow(current),
         "wind": None if wind is None else _flow(wind),

@@ -44,7 +44,7 @@ def _in_words(setting: str, bearing: float) -> str:
     for suffix, (_, factor) in SUFFIXES.items():
         if key.endswith(suffix):
             key, value = key.removesuffix(suffix), factor * value
-    key = key.removeprefix("forcing.").removeprefix("sea.")
+    key = key.removeprefix("sea.")
     if key in _COURSES:
         toward, origin = course_in_words(value, bearing), course_in_words(value + math.pi, bearing)
         return {"tow": f"tow heading {toward}", "wind": f"wind from {origin}", "current": f"current towards {toward}"}[
@@ -123,7 +123,6 @@ def _release_in_words(pipe: str, written: str) -> str:
 _WORDS: Mapping[str, Callable[[float, str], str]] = {
     "tow.speed": lambda value, _: f"tow at {value / KNOT:.2f} kn",
     "wind.speed": lambda value, _: f"wind {three_figures(value / KNOT)} kn",
-    "wind.gustiness": lambda value, _: f"gusts of {three_figures(100.0 * value)} % of the wind",
     "current.speed": lambda value, _: f"current {value / KNOT:.2f} kn",
     "wind.gust_intensity": lambda value, _: f"gusts of {three_figures(100.0 * value)} % of the wind",
     "waves.significant_height": lambda value, _: f"waves {three_figures(value)} m high",

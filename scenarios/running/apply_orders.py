@@ -1,4 +1,4 @@
-"""Orders during a run: how they reach helmsmen, engines, booms, skimmers, current, waves, wind, pipes and the sea without particles."""
+"""Orders during a run: how they reach helmsmen, engines, booms, skimmers, pipes and the sea."""
 
 from __future__ import annotations
 
@@ -11,17 +11,14 @@ from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import PipeEmitter
-from oilsim.forcing import AiryWaves, Current, Wind
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
-from scenarios.running.ordered_sea import change_sea, ordered_sea
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.fleet import course_of, gains_of
-from scenarios.setup.fluid import forcings_of, pipe_of, pipe_problems
+from scenarios.setup.fluid import pipe_of, pipe_problems
 from scenarios.setup.moorings import leg_name, tie_name
-from scenarios.signals.weather_inputs import set_current, set_wind
 
 if TYPE_CHECKING:
     from oilsim.slick.spill_source import SpillSource
@@ -34,7 +31,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     Raises ScenarioError, and changes nothing, if a new part cannot be made. Whether ties are within reach is for `require_reach`.
     """
     felt = without_particles(scenario)
-    sea = ordered_sea(assembly, felt)
+    sea = assembly.sea.ordered(scenario)
     pipes = _new_pipes(assembly, felt)
     sources = _new_sources(assembly, scenario)
     for control in assembly.controls:
@@ -61,9 +58,7 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
         assembly.slick.sources += sources
         for source in assembly.slick.sources:
             source.rate = rate_of(scenario.emitters[source.name])
-    if sea is not None:
-        change_sea(assembly, sea)
-    _drive(assembly, felt)
+    assembly.sea.take_orders(scenario, sea)
 
 
 def _steer(assembly: Assembly, scenario: Scenario, control: VesselControl) -> None:
@@ -160,27 +155,3 @@ def _new_sources(assembly: Assembly, scenario: Scenario) -> list[SpillSource]:
     from scenarios.setup.at_sea.parcels import new_sources  # only a run with parcels pays for its kernels
 
     return new_sources(assembly.slick, scenario)
-
-
-def _drive(assembly: Assembly, scenario: Scenario) -> None:
-    """Set current, waves and wind as in `scenario`; one that is not there yet takes the place that it would have had from the start."""
-    settings, forcings = scenario.forcing, assembly.fluid.forcings
-    in_window = scenario.run.detail == "window"  # whose water is at rest in the sea's motion: nothing drives it
-    for place, forcing in enumerate(() if in_window else forcings_of(scenario, assembly.level)):
-        there = forcings[place] if place < len(forcings) else None
-        if type(there) is not type(forcing):
-            forcings.insert(place, forcing)
-        elif isinstance(there, Current) and isinstance(forcing, Current):
-            there.beside = forcing.beside  # of waves that have come
-    if settings.current is not None:
-        set_current(assembly.fluid, assembly.scoring, settings.current.speed, settings.current.direction)
-    if settings.wind is not None:
-        parts = assembly.parts
-        set_wind(
-            parts.fluid, parts.controls.values(), parts.wind_on_bodies, settings.wind.speed, settings.wind.direction
-        )
-    for forcing in forcings:
-        if isinstance(forcing, AiryWaves) and settings.waves is not None:
-            forcing.height = settings.waves.height
-        elif isinstance(forcing, Wind) and settings.wind is not None:
-            forcing.gustiness = settings.wind.gustiness

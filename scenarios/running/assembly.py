@@ -25,7 +25,6 @@ from coupling.master.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from oilsim import AdvanceReport, Fluid
 from oilsim.fluid.views import JointReadings
-from oilsim.forcing import Current
 from recordings.model.frame import RunDescription
 from scenarios.problems import problems_of
 from scenarios.running.winches import Winches
@@ -35,11 +34,11 @@ from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connection
 from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.run_description import describe_run
+from scenarios.setup.run_sea import RunSea
 from scenarios.setup.simulators import Simulators, build_simulators
 from scenarios.setup.solids.placed_solids import Solid
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import RunParts, signals_of
-from scenarios.signals.weather_inputs import set_wind
 from scenarios.watch.boom_scoring import Scoring
 from scenarios.watch.boom_strength import BoomStrength
 from scenarios.watch.coupling_series import CouplingAccount
@@ -65,7 +64,8 @@ if TYPE_CHECKING:
 class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
-    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; readings: of all liquid, where there
+    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; sea: how undisturbed water
+    moves; readings: of all liquid, where there
     are several windows, of which the first is `fluid`; coupled: names of the
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part;
     winches: change the lengths of lines; accounts: scores and sums, advanced by the master; remarks: what a run falls short of;
@@ -78,6 +78,7 @@ class Assembly:
     solids: tuple[Solid, ...]
     level: float
     fluid: Fluid
+    sea: RunSea
     readings: JointReadings
     world: RigidBodyWorld | None
     fluid_participant: FluidParticipant
@@ -175,15 +176,14 @@ def build(
     scenario = simulators.scenario
     bodies, world = simulators.bodies, simulators.world
     scoring = Scoring(
-        scenario, simulators.fluid, world, simulators.fleet, simulators.level, simulators.slick, simulators.skimmers
-    )
+        scenario, simulators.fluid, world, simulators.fleet, simulators.level, simulators.sea, simulators.slick, simulators.skimmers
+    )  # fmt: skip
     controls = _controls(simulators)
     blown = _wind_on_bodies(simulators)
-    _blow(simulators, controls, blown)
     accounts = _accounts(simulators, scoring)
     slicks = () if simulators.slick is None else (simulators.slick,)
     skimmers = SkimmerAccounts(scenario, simulators.skimmers)
-    parts = _parts(simulators, controls, blown, scoring)
+    parts = _parts(simulators, controls, scoring)
     orders, readings = _boards(scenario, parts)
     blowing = [blown] if blown else []
     participants = (
@@ -194,6 +194,7 @@ def build(
         solids=simulators.solids,
         level=simulators.level,
         fluid=simulators.fluid,
+        sea=simulators.sea,
         readings=simulators.readings,
         world=world,
         fluid_participant=bodies.fluid,
@@ -238,27 +239,31 @@ def _accounts(simulators: Simulators, scoring: Scoring) -> RunAccounts:
 
 
 def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ...]:
-    """Create the helmsmen."""
+    """Create the helmsmen, who meet the current of the sea at half the draft, and in a tank its wind: at sea, loads hold that."""
     controls = tuple(
         VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in simulators.fleet.vessels
     )
     for control in controls:
         control.current = partial(_current, simulators, control.vessel)
+        if simulators.scenario.run.has_particles:
+            control.wind = partial(_wind, simulators)
     return controls
 
 
 def _current(simulators: Simulators, vessel: Vessel, time: float) -> NDArray[np.float64]:
-    """Return the current (2,) [m/s] that a vessel meets at a time [s]: of the sea at half its draft, or that which drives the liquid."""
-    if simulators.sea is not None:
-        middle = np.array([simulators.level - 0.5 * vessel.hull.draft])
-        return np.array(simulators.sea.current(middle, time)[0])
-    flow = next((one for one in simulators.fluid.forcings if isinstance(one, Current)), None)
-    return np.zeros(2) if flow is None else np.array(flow.velocity[:2], dtype=np.float64)
+    """Return the current (2,) [m/s] that a vessel meets at a time [s]."""
+    middle = np.array([simulators.level - 0.5 * vessel.hull.draft])
+    return np.array(simulators.sea.now.current(middle, time)[0])
+
+
+def _wind(simulators: Simulators, place: NDArray[np.float64], time: float) -> NDArray[np.float64]:
+    """Return the wind (3,) [m/s] at a place (2,) [m] and a time [s], gusts included."""
+    return np.append(simulators.sea.now.wind(place, time), 0.0)
 
 
 def _wind_on_bodies(simulators: Simulators) -> WindOnBodies | None:
-    """Create the wind on free bodies and booms; None without wind, or without such bodies. Vessels have theirs from their helmsmen."""
-    if simulators.scenario.forcing.wind is None:
+    """Create the wind on free bodies and booms of a tank; None without wind, or without such bodies. Vessels have theirs from helmsmen."""
+    if simulators.scenario.sea.wind is None or not simulators.scenario.run.has_particles:
         return None
     steered = {body_of(vessel.name) for vessel in simulators.fleet.vessels}
     free = [
@@ -266,32 +271,22 @@ def _wind_on_bodies(simulators: Simulators) -> WindOnBodies | None:
     ]
     meshes = {id(solid.placed.mesh): solid.placed.mesh for solid in free}  # a boom's segments share one
     surfaces = {key: Windage(mesh, simulators.level) for key, mesh in meshes.items()}
-    return WindOnBodies({solid.name: surfaces[id(solid.placed.mesh)] for solid in free}) if free else None
-
-
-def _blow(
-    simulators: Simulators, controls: Sequence[VesselControl | ManualControl], bodies: WindOnBodies | None
-) -> None:
-    """Let the wind act on vessels and bodies as on the water."""
-    wind = simulators.scenario.forcing.wind
-    if wind is not None:
-        set_wind(simulators.fluid, controls, bodies, wind.speed, wind.direction)
+    blown = {solid.name: surfaces[id(solid.placed.mesh)] for solid in free}
+    return WindOnBodies(blown, partial(_wind, simulators)) if free else None
 
 
 def _parts(
     simulators: Simulators,
     controls: Sequence[VesselControl | ManualControl],
-    blown: WindOnBodies | None,
     scoring: Scoring,
 ) -> RunParts:
     """Return the parts that signals reach into."""
     return RunParts(
-        fluid=simulators.fluid,
+        sea=simulators.sea,
         world=simulators.world,
         controls={control.vessel.name: control for control in controls},
         scoring=scoring,
         tension_joints=simulators.fleet.tension_joints,
-        wind_on_bodies=blown,
         skimmers={one.name.removeprefix("skimmers/"): one for one in simulators.skimmers},
     )
 

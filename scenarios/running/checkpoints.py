@@ -21,7 +21,6 @@ from recordings.files.errors import absence
 from recordings.files.writing import RECORDING_ENDING, held
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
-from scenarios.running.ordered_sea import restore_sea, saved_sea
 from scenarios.running.output_paths import CHECKPOINTS_ENDING, checkpoint_folder
 from scenarios.running.plan import Plan, plan_from
 from scenarios.versions import versions
@@ -37,7 +36,7 @@ _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bit
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
     """Return everything that influences the next step, and the accounts that are kept."""
     state = {"simulation": simulation.save_state(), "remarks": assembly.remarks.save_state()}
-    return state | _strength(assembly) | saved_sea(assembly) | assembly.accounts.save_state()
+    return state | _strength(assembly) | assembly.sea.save_state() | assembly.accounts.save_state()
 
 
 def _strength(assembly: Assembly) -> dict[str, Any]:
@@ -53,7 +52,7 @@ def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Ass
         require_alike(name, state[name], account)
     if "strength" in own:
         assembly.strength.restore_state(state["strength"])
-    restore_sea(assembly, state)
+    assembly.sea.restore_state(state)
     assembly.accounts.restore_state(state)
     assembly.remarks.restore_state(state["remarks"])
     simulation.initialize(state["simulation"])

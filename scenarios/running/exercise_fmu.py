@@ -124,6 +124,7 @@ class ExerciseParticipant(Participant):
             "simulation": simulation.save_state(),
             "inputs": self._inputs().save_state(),
             "strength": self._assembly.strength.save_state(),
+            **self._assembly.sea.save_state(),
             **self._assembly.accounts.save_state(),
         }
 
@@ -141,6 +142,7 @@ class ExerciseParticipant(Participant):
         self._start_time = state["start_time"]
         self._assembly.strength.restore_state(state["strength"])
         self._assembly.accounts.restore_state(state)
+        self._assembly.sea.restore_state(state)
         self._inputs().restore_state(state["inputs"])
         self._running().restore_state(state["simulation"])
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from scenarios.load import scenario_from
-from scenarios.problems import Problem, ScenarioError
+from scenarios.problems import Problem, ScenarioError, moved
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import MeshBody
 from scenarios.schema.parsing.overrides import parse_override, with_override
@@ -199,7 +199,11 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
     for setting in settings:
         try:
             _with_setting(before, setting)
-            readable[setting], value = parse_override(setting)
+            keys, value = parse_override(setting)
+            if text := moved(".".join(keys)):
+                problems.append(Problem(f"--set {'.'.join(keys)}", text))
+                continue
+            readable[setting] = keys
             if _parts_joints(readable[setting]) and value == []:
                 text = "is [], allowed: numbers of joints that part; one that has parted stays so"
                 problems.append(Problem(f"--set {'.'.join(readable[setting])}", text))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Literal, get_args
 
 from booms.losses.liquids import OilOnWater
@@ -176,6 +176,34 @@ class PhaseSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ZoneSettings(Section):
+    """A box between `lower` and `upper` [m] in which the water is drawn to the velocity of the sea; outside, it runs freely.
+
+    Without both corners it is the whole tank. A particle in several zones belongs to the first of them.
+
+    relaxation_time  [s] in which the difference falls by the factor e
+    edge             [m] in which a zone rises smoothly from nothing at those sides across x and y that lie within the tank: a sponge
+    waves            true: it follows the waves and the current; false: the current alone, and the water's swing is left alone
+    """
+
+    lower: Vector | None = quantity("m", default=None)
+    upper: Vector | None = quantity("m", default=None)
+    relaxation_time: float = quantity("s", default=0.5, above=0.0)
+    edge: float = quantity("m", default=0.0, at_least=0.0)
+    waves: bool = True
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that a zone has both corners and a volume, or no corner."""
+        if (self.lower is None) != (self.upper is None):
+            missing = "lower" if self.lower is None else "upper"
+            yield Problem(missing, "is missing, allowed: both corners of the zone, or neither for the whole tank")
+        elif self.lower is not None and self.upper is not None:
+            yield from above_lower(self.lower, self.upper)
+        elif self.edge > 0.0:
+            yield Problem("edge", f"is {self.edge:g}, allowed: only with a zone, from lower to upper")
+
+
+@dataclass(frozen=True, kw_only=True)
 class Tank(Section):
     """The box that holds the liquid [m]; in two dimensions its y extent has no effect.
 
@@ -185,6 +213,7 @@ class Tank(Section):
     no_slip   true: the liquid sticks to the walls; false: it slides along them
     contact_angle  [deg] at which oil meets the walls in water, through the oil, or air, through the air; it needs
                    `fluid.interfacial_tension`
+    zones     in which the water follows the sea, by name; without any, waves and current drive the whole tank
     """
 
     lower: Vector = quantity("m")
@@ -193,6 +222,7 @@ class Tank(Section):
     periodic: tuple[Axis, ...] = ()
     no_slip: bool = False
     contact_angle: float = quantity_of(Wetting, "contact_angle")
+    zones: Mapping[str, ZoneSettings] = field(default_factory=dict)
 
     def problems(self) -> Iterator[Problem]:
         """Check that the box has a volume, and that no side is both open and periodic."""
@@ -363,6 +393,13 @@ class PipeEmitterSettings(Section):
     def problems(self) -> Iterator[Problem]:
         """Check that the flow has a direction."""
         yield from directed("direction", self.direction)
+
+
+def top_of_water(fills: Mapping[str, Fill], phases: Mapping[str, PhaseSettings]) -> float | None:
+    """Return the height [m] of the top of liquid that is not oil, in slabs and blocks; None without any."""
+    waters = [fill for fill in fills.values() if fill.phase in phases and not phases[fill.phase].is_oil]
+    tops = [fill.top for fill in waters if isinstance(fill, SlabFill)]
+    return max(tops + [fill.upper[2] for fill in waters if isinstance(fill, BlockFill)], default=None)
 
 
 def afloat_problems(

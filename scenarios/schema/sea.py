@@ -1,4 +1,4 @@
-"""The sea without particles of a scenario, with the limits, units and defaults of `oilsim.sea`.
+"""The sea of a scenario, with the limits, units and defaults of `oilsim.sea`.
 
 Directions are where wind, waves and current go **to**, counter-clockwise about z from +x: 180 degrees is along -x.
 """
@@ -20,12 +20,12 @@ from oilsim.sea import (
     SteadyFlow,
     TidalFlow,
     Tide,
-    Turbulence,
     WindDrift,
 )
+from oilsim.sea.flows import heading
 from recordings.model.exercise import GROUND
 from scenarios.problems import Problem
-from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
 from scenarios.schema.run_settings import RunSettings
 
 
@@ -57,6 +57,7 @@ class RegularSeaWaves(SeaWaveSettings):
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "regular")
+    USUAL: ClassVar[bool] = True
     height: float = quantity_of(RegularWaves, "height")
     period: float = quantity_of(RegularWaves, "period")
     phase: float = quantity_of(RegularWaves, "phase")
@@ -99,6 +100,7 @@ class SteadySeaCurrent(SeaCurrentSettings):
     """A steady current: speed [m/s] at the surface and direction [rad] it runs to."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "steady")
+    USUAL: ClassVar[bool] = True
     COMPASS: ClassVar[str | None] = "toward_compass"
     speed: float = quantity_of(SteadyFlow, "speed")
     direction: float = quantity_of(SteadyFlow, "direction")
@@ -156,6 +158,7 @@ class SteadySeaWind(SeaWindSettings):
     """A wind of one mean: speed [m/s] at 10 m height and direction [rad] it blows to."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "steady")
+    USUAL: ClassVar[bool] = True
     COMPASS: ClassVar[str | None] = "from_compass"
     speed: float = quantity_of(SteadyFlow, "speed")
     direction: float = quantity_of(SteadyFlow, "direction")
@@ -186,18 +189,6 @@ class LangmuirSettings(Section):
     spacing: float = quantity_of(LangmuirCells, "spacing")
     convergence: float = quantity_of(LangmuirCells, "convergence")
     jet: float = quantity_of(LangmuirCells, "jet")
-
-
-@dataclass(frozen=True, kw_only=True)
-class TurbulenceSettings(Section):
-    """Turbulent dispersion of floating parcels; the steps follow from the run's seed.
-
-    diffusivity  [m2/s] in all horizontal directions
-    stretch      whether slicks also grow along the wind as Lehr's ellipse does
-    """
-
-    diffusivity: float = quantity_of(Turbulence, "diffusivity")
-    stretch: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -241,23 +232,39 @@ SeaWind = SteadySeaWind | FileSeaWind
 
 @dataclass(frozen=True, kw_only=True)
 class SeaSettings(Section):
-    """The sea without particles, by formulas; one that is left out of waves, current and wind is calm.
+    """How undisturbed water moves, by formulas; one that is left out of waves, current and wind is calm.
 
-    depth  [m] of the still water
-    level  [m] height of the still water
+    depth        [m] of the still water; by default that of the water in the tank
+    level        [m] height of the still water; by default that of the water at the start
+    diffusivity  [m2/s] of turbulence, which disperses floating oil in all horizontal directions
 
-    It loads bodies in runs without particles (`run.detail = "none"`), and moves the particles of windows (`"window"`). Runs of particles
-    everywhere have their weather in [forcing].
+    It loads bodies and carries oil where no particles are, and moves the particles of windows. In a tank of particles its waves and its
+    current drive the water in the zones of the tank, or everywhere without zones, and its wind drags on the surface.
     """
 
-    depth: float = quantity_of(SeaDescription, "depth")
-    level: float = quantity_of(SeaDescription, "level")
+    depth: float | None = quantity_of(SeaDescription, "depth", default=None)
+    level: float | None = quantity_of(SeaDescription, "level", default=None)
     waves: SeaWaves | None = None
     current: SeaCurrent | None = None
     wind: SeaWind | None = None
     langmuir: LangmuirSettings | None = None
-    turbulence: TurbulenceSettings | None = None
+    diffusivity: float = quantity_of(SeaDescription, "diffusivity")
     tide: TideSettings | None = None
+
+    @property
+    def height_and_period(self) -> tuple[float, float]:
+        """Height [m] and period [s] of the waves, of a spectrum the significant one and that of its peak; 0 without waves."""
+        if self.waves is None:
+            return 0.0, 0.0
+        if isinstance(self.waves, JonswapSeaWaves):
+            return self.waves.significant_height, self.waves.peak_period
+        return self.waves.height, self.waves.period
+
+    @property
+    def steady_current(self) -> tuple[float, float]:
+        """Speed [m/s] and direction [rad] of a steady current at the surface; 0 of another, and without one."""
+        current = self.current
+        return (current.speed, current.direction) if isinstance(current, SteadySeaCurrent) else (0.0, 0.0)
 
     def problems(self) -> Iterator[Problem]:
         """Check that cells have the wind and the waves that make them."""
@@ -272,12 +279,17 @@ def shore_problems(
     shore: ShoreSettings | None,
     sea: SeaSettings | None,
     run: RunSettings | None,
-    has_sea: bool,
     bodies: tuple[str, ...],
 ) -> Iterator[Problem]:
     """Yield a shore or a tide that `run` does not feel, and a body with the name of the ground."""
     for path, given in (("shore", shore is not None), ("sea.tide", sea is not None and sea.tide is not None)):
-        if given and run is not None and (run.detail != "none" or not has_sea):
-            yield Problem(path, 'is given, allowed: with run.detail = "none" and a [sea]')
+        if given and run is not None and run.detail != "none":
+            yield Problem(path, 'is given, allowed: with run.detail = "none"')
     if shore is not None and GROUND in bodies:
         yield Problem(f"bodies.{GROUND}", "has the name of the [shore], allowed: another name")
+
+
+def horizontal(speed: float, direction: float) -> Vector:
+    """Compute the horizontal velocity (3,) [m/s] of something that goes to `direction` [rad from +x]."""
+    x, y = heading(direction)
+    return speed * x, speed * y, 0.0

@@ -17,7 +17,7 @@ from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings
-from scenarios.schema.weather import horizontal
+from scenarios.schema.sea import horizontal
 from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.fleet import bulge_of
 
@@ -34,22 +34,22 @@ def boom_remarks(scenario: Scenario, level: float) -> dict[str, str]:
 
 def _start(scenario: Scenario) -> Iterator[tuple[str, str]]:
     """Say that water starts with another velocity than that of a current in a zone, which the closures take everywhere."""
-    current = scenario.forcing.current
+    speed, direction = scenario.sea.steady_current
     booms = [name for name in scenario.booms if has_closures(scenario, name)]
-    if current is None or current.lower is None or not booms or not scenario.run.has_particles:
+    if not speed or not scenario.tank.zones or not booms or not scenario.run.has_particles:
         return
-    ordered = horizontal(current.speed, current.direction)
+    ordered = horizontal(speed, direction)
     for name, fill in scenario.fill.items():
         phase, velocity = scenario.phases[fill.phase], fill.velocity or (0.0, 0.0, 0.0)
         off = math.dist(velocity[:2], ordered[:2])
-        if phase.is_oil or phase.is_air or fill.inside is not None or off <= START_SHARE * current.speed + START_SLACK:
+        if phase.is_oil or phase.is_air or fill.inside is not None or off <= START_SHARE * speed + START_SLACK:
             continue
-        along = float(np.dot(velocity, horizontal(1.0, current.direction)))
+        along = float(np.dot(velocity, horizontal(1.0, direction)))
         advice = ", ".join(f"{round(part, 3) + 0.0:g}" for part in ordered)
         yield (
             "start",
             f"boom {', '.join(booms)}: fill.{name} starts at {along / KNOT:.2f} kn along the current, and the closures take its "
-            f"{current.speed / KNOT:.2f} kn from the start. What is lost until the water has come up to speed is not to be trusted. "
+            f"{speed / KNOT:.2f} kn from the start. What is lost until the water has come up to speed is not to be trusted. "
             f"Start it with fill.{name}.velocity = [{advice}]",
         )
         return
@@ -66,27 +66,24 @@ def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str,
     text = blockage_in_words(blockage(name, scenario, level))
     if text:
         yield f"blockage {name}", f"boom {name}: {text}"
-    for forcing in _driving(scenario.booms[name], scenario):
+    if scenario.run.has_particles and _is_driven(scenario.booms[name], scenario):
         yield (
-            f"driven {name} {forcing}",
-            f"boom {name}: it stands where forcing.{forcing} drives the water, also the water that it holds and shelters. "
-            "This can carry oil past it that a real boom would hold. Give the forcing a zone (lower, upper) ahead of the boom",
+            f"driven {name}",
+            f"boom {name}: it stands where the sea drives the water, also the water that it holds and shelters. "
+            "This can carry oil past it that a real boom would hold. Give the tank a zone (tank.zones) ahead of the boom",
         )
 
 
-def _driving(boom: BoomSettings, scenario: Scenario) -> Iterator[str]:
-    """Name the waves and the current of the scenario that drive the particles at an end of the boom."""
-    forcings = {"waves": scenario.forcing.waves, "current": scenario.forcing.current}
-    for name, forcing in forcings.items():
-        if forcing is None or not scenario.run.has_particles:
-            continue
-        low, high = (
-            (forcing.lower, forcing.upper)
-            if forcing.lower and forcing.upper
-            else (scenario.tank.lower, scenario.tank.upper)
-        )
-        if any(all(low[k] <= end[k] <= high[k] for k in (0, 1)) for end in _ends(boom, scenario)):
-            yield name
+def _is_driven(boom: BoomSettings, scenario: Scenario) -> bool:
+    """Tell whether waves or a current drive the particles at an end of the boom."""
+    if scenario.sea.waves is None and scenario.sea.current is None:
+        return False
+    boxes = [(one.lower, one.upper) for one in scenario.tank.zones.values()] or [(None, None)]
+    return any(
+        all((low or scenario.tank.lower)[k] <= end[k] <= (high or scenario.tank.upper)[k] for k in (0, 1))
+        for low, high in boxes
+        for end in _ends(boom, scenario)
+    )
 
 
 def _ends(boom: BoomSettings, scenario: Scenario) -> list[Sequence[float]]:
@@ -101,8 +98,8 @@ def _bulge_in_words(boom: BoomSettings, scenario: Scenario) -> str:
         return ""
     side = 0.5 * math.pi if bulge_of(boom, scenario) == "left" else -0.5 * math.pi
     toward = math.atan2(second[1] - first[1], second[0] - first[0]) + side
-    current = scenario.forcing.current
-    with_it = 0.0 if current is None or current.speed == 0.0 else math.cos(current.direction - toward)
+    speed, direction = scenario.sea.steady_current
+    with_it = math.cos(direction - toward) if speed else 0.0
     if with_it > ALONG:
         return ""
     bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing
@@ -143,8 +140,8 @@ def _way(boom: BoomSettings, scenario: Scenario) -> float | None:
     towed = any(isinstance(end, str) for end in boom.ends)
     if towed and scenario.tow is not None and scenario.tow.speed > 0.0:
         return scenario.tow.heading
-    current = scenario.forcing.current
-    return None if current is None or current.speed == 0.0 else current.direction
+    speed, direction = scenario.sea.steady_current
+    return direction if speed else None
 
 
 def _skirt(scenario: Scenario, boom: str) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.setup.at_sea import particle_free
-from scenarios.setup.at_sea.build_sea import build_sea, unused_sea
+from scenarios.setup.at_sea.build_sea import build_sea, deep_to_the_floor
 from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 from scenarios.setup.too_late import never_comes
@@ -164,7 +164,6 @@ def _of_windows(
     from scenarios.setup.fleet import water_density
 
     sea = build_sea(scenario, water_density(scenario))
-    assert sea is not None  # that of the tank at least
     steps = [fluid_steps(scenario, one) for one in windows]
     mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
     beyond: tuple[str, ...] = ()
@@ -182,8 +181,10 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
     """
     if not (scenario.bodies or scenario.vessels or scenario.booms or scenario.emitters):
         fluid = scenario.fluid
-        build_sea(scenario)  # for its problems
-        return starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension), {}, (), 0.0
+        positions = starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
+        top = max((float(one[:, 2].max()) for one in positions.values() if len(one)), default=scenario.tank.lower[2])
+        build_sea(replace(scenario, sea=deep_to_the_floor(scenario, top)))  # for its problems
+        return positions, {}, (), 0.0
     from scenarios.setup.layout import lay_out
 
     layout = lay_out(scenario)
@@ -213,7 +214,7 @@ def _told(scenario: Scenario, solids: Sequence[Solid], level: float, interfaces:
     fluid, assumed = scenario.fluid, [*interfaces, *_assumed(scenario)]
     fills = tuple(misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension).values())
     if not solids or not scenario.run.has_particles:
-        return (*fills, *(note for solid in solids for note in solid.notes), *assumed, *unused_sea(scenario))
+        return (*fills, *(note for solid in solids for note in solid.notes), *assumed)
     from scenarios.setup.boom_remarks import boom_remarks
     from scenarios.setup.solids.thin_bodies import thin_bodies, thin_samplings
 
@@ -221,7 +222,7 @@ def _told(scenario: Scenario, solids: Sequence[Solid], level: float, interfaces:
     thin = thin_bodies(solids, thin_samplings(solids, spacing), spacing)
     return (
         *fills, *(note for solid in solids for note in solid.notes), *thin.values(), *boom_remarks(scenario, level).values(),
-        *assumed, *unused_sea(scenario),
+        *assumed,
     )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
-from scenarios.schema.weather import horizontal
+from scenarios.schema.sea import horizontal
 from scenarios.setup.boom_lines import lay_off_reel, reel_line, reel_name, strung
 from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
 from scenarios.setup.solids.placed_solids import Solid
@@ -143,7 +143,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level
     mesh = wigley_hull(*size) if settings.shape == "wigley" else raked_barge(*size, rake=RAKE * settings.length)
     hull = float_hull(mesh, settings.draft, water_density=water_density(scenario))
     x, y, z = hull.deck_point(TOW_POINT * settings.length, 0.0)
-    in_wind = scenario.forcing.wind is not None
+    in_wind = scenario.run.has_particles and scenario.sea.wind is not None
     return Vessel(
         name=name,
         hull=hull,
@@ -337,12 +337,11 @@ def _line_of(name: str, scenario: Scenario, vessels: Mapping[str, Vessel], water
 def bulge_of(settings: BoomSettings, scenario: Scenario) -> Literal["left", "right"]:
     """Return the side to which a boom is laid, seen from its first end: as stated, or down the current between fixed ends."""
     first, second = settings.ends
-    current = scenario.forcing.current
     if settings.bulge is not None:
         return settings.bulge
-    if isinstance(first, str) or isinstance(second, str) or current is None:
+    if isinstance(first, str) or isinstance(second, str):
         return "right"
-    flow = horizontal(current.speed, current.direction)
+    flow = horizontal(*scenario.sea.steady_current)
     to_left = (second[0] - first[0]) * flow[1] - (second[1] - first[1]) * flow[0]
     return "left" if to_left > 0.0 else "right"
 

@@ -1,4 +1,4 @@
-"""The liquid of a scenario: tank walls, particles at the start, pipes, and forcings."""
+"""The liquid of a scenario: tank walls, particles at the start, pipes, and the sea that drives it."""
 
 from __future__ import annotations
 
@@ -15,13 +15,11 @@ from coupling.solids.signed_distance import SignedDistance
 from oilsim import Fluid, FluidConfig, Phase, PipeEmitter, tank_walls
 from oilsim.core.phases import weak_depth
 from oilsim.fluid.emitter import HOLD
-from oilsim.forcing import AiryWaves, Current, Forcing, Wind, Zone
-from oilsim.wind_drift import WindDrift
+from oilsim.sea import Sea, SeaForcing, Zone
 from scenarios.problems import Problem
 from scenarios.scenario import Scenario
-from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank
+from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank, ZoneSettings
 from scenarios.schema.parsing.quantity_fields import Vector
-from scenarios.schema.weather import ForcingSettings, ZoneSettings, horizontal
 from scenarios.setup.boom_losses import has_tension, tension_of
 from scenarios.setup.fill_lattice import Lattice, starting_positions, within
 
@@ -174,8 +172,8 @@ def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
     return max(water or tops.values(), default=scenario.tank.lower[2])
 
 
-def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Fluid, int | None]:
-    """Build the fluid with its particles, pipes and forcings; return it with the handle of its tank walls, if there are any.
+def build_fluid(scenario: Scenario, positions: Mapping[str, Array], sea: Sea) -> tuple[Fluid, int | None]:
+    """Build the fluid with its particles and pipes, driven by a sea; return it with the handle of its tank walls, if there are any.
 
     positions (N, 3) [m] of the particles, by region.
     """
@@ -195,29 +193,17 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array]) -> tuple[Flu
             no_slip=tank.no_slip,
         )
         handle = fluid.add_boundary(replace(walls, contact_angle=tank.contact_angle))
-    level = water_level(scenario, positions)
-    forcings = tuple(forcings_of(scenario, level))
-    drift = next((forcing for forcing in forcings if isinstance(forcing, WindDrift)), None)
-    carried = _drift_velocities(scenario, positions, drift)
+    driving = SeaForcing(sea, spacing=settings.particle_spacing, zones=zones_of(scenario, sea))
+    velocities = _starting_velocities(scenario, positions, driving)
     for name, fill in scenario.fill.items():
-        velocity = starting_velocity(scenario) if fill.velocity is None else fill.velocity
-        fluid.add_particles(
-            positions[name], phase=fill.phase, velocity=velocity + carried[name] if name in carried else velocity
-        )
+        fluid.add_particles(positions[name], phase=fill.phase, velocity=velocities[name])
     for pipe in scenario.emitters.values():
         fluid.add_emitter(pipe_of(pipe, settings.particle_spacing))
-    for forcing in forcings:
-        fluid.add_forcing(forcing)
+    if scenario.run.has_particles and driving.acts:
+        fluid.add_forcing(driving)
     if scenario.run.budget:
         fluid.watch()
     return fluid, handle
-
-
-def starting_velocity(scenario: Scenario) -> Vector:
-    """Return the velocity [m/s] of liquid that states none: that of a current through the whole tank, else 0."""
-    current = scenario.forcing.current
-    everywhere = current is not None and current.lower is None
-    return horizontal(current.speed, current.direction) if current is not None and everywhere else (0.0, 0.0, 0.0)
 
 
 def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
@@ -252,82 +238,55 @@ def pipe_of(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
     )
 
 
-def forcings_of(scenario: Scenario, level: float) -> Iterator[Forcing]:
-    """Create the current, then the waves, which keep it in their zone, then the wind; `level` [m] of the still water."""
-    forcing = scenario.forcing
-    if forcing.current is not None:
-        velocity = horizontal(forcing.current.speed, forcing.current.direction)
-        waves = None if forcing.waves is None else _zone(forcing.waves, scenario)
-        yield Current(velocity, _zone(forcing.current, scenario), waves)
-    if forcing.waves is not None:
-        yield _waves(forcing, scenario, level)
-    yield from _wind(scenario, level)
+def zones_of(scenario: Scenario, sea: Sea) -> tuple[Zone, ...]:
+    """Return the zones of the tank in which the water follows the sea; without any, the whole tank is one where the sea moves."""
+    zones = list(scenario.tank.zones.values())
+    if not zones and (sea.description.waves is not None or sea.description.current is not None):
+        zones = [ZoneSettings()]
+    return tuple(_zone(one, scenario) for one in zones)
 
 
-def _wind(scenario: Scenario, level: float) -> tuple[Wind, WindDrift] | tuple[()]:
-    """Create the wind's stress and the drift that it has set up before the start, on still water up to `level` [m]; () without wind."""
-    forcing, wind = scenario.forcing, scenario.forcing.wind
-    if wind is None:
-        return ()
-    stress = Wind(
-        speed=wind.speed,
-        direction=wind.direction,
-        spacing=scenario.fluid.particle_spacing,
-        seed=scenario.run.seed,
-        gustiness=wind.gustiness,
-        gust_time=wind.gust_time,
-        drag_coefficient=wind.drag_coefficient,
-    )
-    drift = WindDrift(
-        stress,
-        level=level,
-        spacing=scenario.fluid.particle_spacing,
-        water_density=max(phase.rest_density for phase in scenario.phases.values()),
-        waves=0.0 if forcing.waves is None else _waves(forcing, scenario, level).surface_drift,
-    )
-    return stress, drift
+def drive(fluid: Fluid, scenario: Scenario, sea: Sea) -> None:
+    """Let another sea drive the fluid of a tank from now on; `scenario` is that of the start."""
+    driving = SeaForcing(sea, spacing=scenario.fluid.particle_spacing, zones=zones_of(scenario, sea))
+    present = [place for place, one in enumerate(fluid.forcings) if isinstance(one, SeaForcing)]
+    if present:
+        fluid.forcings[present[0]] = driving
+    elif driving.acts:
+        fluid.add_forcing(driving)
 
 
-def _drift_velocities(scenario: Scenario, positions: Mapping[str, Array], drift: WindDrift | None) -> dict[str, Array]:
-    """Return the velocities (N, 3) [m/s] by region that the wind's drift adds at the start to liquid that states none.
+def _starting_velocities(
+    scenario: Scenario, positions: Mapping[str, Array], driving: SeaForcing
+) -> dict[str, Array | Vector]:
+    """Return the velocities (N, 3) or (3,) [m/s] at the start, by region: as stated, else of current and drift through the whole tank.
 
-    Along an axis with a wall, as much water flows back below as drifts at the surface.
+    Along an axis with a wall, as much water flows back below as the wind's drift takes along at the surface.
     """
-    fills = scenario.fill
-    carried = [name for name in positions if drift and fills[name].velocity is None and fills[name].inside is None]
-    if drift is None or not carried:
-        return {}
-    own = {name: drift.velocities(positions[name][:, 2]) for name in carried}
-    mean = np.concatenate(list(own.values()), axis=1).mean(axis=1)
+    fills, sea = scenario.fill, driving.sea
+    everywhere = any(one.lower is None for one in scenario.tank.zones.values()) or not scenario.tank.zones
+    found = dict[str, Array | Vector]()
+    for name, points in positions.items():
+        flow = sea.current(points[:, 2], 0.0) if everywhere else np.zeros((len(points), 2))
+        found[name] = fills[name].velocity or np.column_stack([flow, np.zeros(len(points))])
+    carried = [name for name in positions if fills[name].velocity is None and fills[name].inside is None]
+    if sea.description.wind is None or not carried:
+        return found
+    own = {name: driving.drift(positions[name][:, 2], 0.0) for name in carried}
+    mean = np.concatenate(list(own.values())).mean(axis=0)
     for axis, name in enumerate("xy"):
         if f"-{name}" not in scenario.tank.closed_sides and f"+{name}" not in scenario.tank.closed_sides:
             mean[axis] = 0.0
-    return {name: np.vstack([speeds - mean[:, None], np.zeros(speeds.shape[1])]).T for name, speeds in own.items()}
-
-
-def _waves(forcing: ForcingSettings, scenario: Scenario, level: float) -> AiryWaves:
-    """Create waves on the still water of the scenario, carried by its current."""
-    waves, current = forcing.waves, forcing.current
-    assert waves is not None
-    drift = horizontal(current.speed, current.direction) if current is not None else (0.0, 0.0, 0.0)
-    return AiryWaves(
-        height=waves.height,
-        period=waves.period,
-        direction=waves.direction,
-        bottom=scenario.tank.lower[2],
-        level=level if waves.level is None else waves.level,
-        zone=_zone(waves, scenario),
-        drift=drift[:2],
-        gravity=float(np.linalg.norm(scenario.fluid.gravity)),
-    )
+    return found | {name: found[name] + np.pad(drift - mean, ((0, 0), (0, 1))) for name, drift in own.items()}
 
 
 def _zone(settings: ZoneSettings, scenario: Scenario) -> Zone:
-    """Return the zone of a forcing; where it ends at a side of the tank, it goes on for the width of its edge, and is whole up to there."""
+    """Return a zone; where it ends at a side of the tank, it goes on for the width of its edge, and is whole up to there."""
     tank, edge = scenario.tank, settings.edge
     lower, upper = list(settings.lower or tank.lower), list(settings.upper or tank.upper)
     for axis in (0, 1):
         in_plane = scenario.fluid.dimension == 2 and axis == 1
         lower[axis] -= edge if in_plane or lower[axis] <= tank.lower[axis] else 0.0
         upper[axis] += edge if in_plane or upper[axis] >= tank.upper[axis] else 0.0
-    return Zone((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), settings.relaxation_time, edge)
+    corners = (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+    return Zone(*corners, settings.relaxation_time, edge, settings.waves)

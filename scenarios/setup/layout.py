@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
@@ -18,8 +18,8 @@ from scenarios.scenario import Scenario
 from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
-from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.at_sea.particle_free import load_bodies
+from scenarios.setup.at_sea.build_sea import build_sea, deep_to_the_floor
+from scenarios.setup.at_sea.particle_free import load_bodies, sea_of
 from scenarios.setup.at_sea.shore import shore_solid
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
@@ -45,7 +45,7 @@ class Layout:
 
     level: of the still water [m]; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region that bodies
     overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of the bodies that
-    exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: by formulas, None without one.
+    exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: as it moves undisturbed.
     """
 
     level: float
@@ -55,7 +55,7 @@ class Layout:
     solids: tuple[Solid, ...]
     coupled: tuple[str, ...]
     world: RigidBodyWorld | None
-    sea: Sea | None
+    sea: Sea
 
 
 def lay_out(scenario: Scenario) -> Layout:
@@ -64,13 +64,15 @@ def lay_out(scenario: Scenario) -> Layout:
     regions = placed_regions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
     problems += empty_regions(regions, fluid.particle_spacing)
     bare = not scenario.run.has_particles
-    level = scenario.sea.level if bare and scenario.sea is not None else water_level(scenario, regions)
+    sea_there = sea_of(scenario) if bare else deep_to_the_floor(scenario, water_level(scenario, regions))
+    scenario = replace(scenario, sea=sea_there)
+    level = scenario.sea.level or 0.0
     own = own_solids(scenario, problems)
     fleet = place_fleet(scenario, level, own, problems)
     solids = (*own, *fleet.solids)
     beach = beach_of(scenario)
-    if beach is not None and scenario.sea is not None:
-        solids = (*solids, shore_solid(beach, scenario.sea.depth))
+    if beach is not None:
+        solids = (*solids, shore_solid(beach, scenario.sea.depth or 0.0))
     unsampled = [] if bare else list(_sampling_problems(solids, fluid.particle_spacing))
     problems += unsampled
     refused = {problem.path for problem in unsampled}
@@ -88,9 +90,9 @@ def lay_out(scenario: Scenario) -> Layout:
     met = coupled or (scenario.run.detail == "window" and any(solid.wetted for solid in solids))
     world = _world(scenario, solids, fleet, problems) if met else None
     sea = _sea(scenario, problems)
-    if problems:
+    if problems or sea is None:
         raise ScenarioError(problems, scenario.name)
-    if bare and world is not None and sea is not None:
+    if bare and world is not None:
         load_bodies(world, scenario, sea, fleet, solids)
     return Layout(
         level=level,
@@ -107,7 +109,7 @@ def lay_out(scenario: Scenario) -> Layout:
 
 
 def _sea(scenario: Scenario, problems: list[Problem]) -> Sea | None:
-    """Build the sea; what is wrong with it, its files included, is added to `problems`."""
+    """Build the sea; what is wrong with it, its files included, is added to `problems`, and the sea is None."""
     try:
         return build_sea(scenario, water_density(scenario))
     except ScenarioError as error:

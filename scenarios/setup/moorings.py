@@ -112,18 +112,18 @@ def tied_shapes(
 
 def ground_level(scenario: Scenario) -> float | None:
     """Return the height [m] of the ground: of the sea in a run without particles, else of the tank's floor; None without one."""
-    if not scenario.run.has_particles and scenario.sea is not None:
-        return scenario.sea.level - scenario.sea.depth
+    if not scenario.run.has_particles:
+        return (scenario.sea.level or 0.0) - (scenario.sea.depth or 0.0)
     return None if "-z" in scenario.tank.open else scenario.tank.lower[2]
 
 
 def beach_of(scenario: Scenario) -> Beach | None:
     """Return the shore of a scenario; None without one."""
-    shore, sea = scenario.shore, scenario.sea
-    if shore is None or sea is None:
+    shore = scenario.shore
+    if shore is None:
         return None
     return Beach(
-        waterline=(*shore.waterline, sea.level),
+        waterline=(*shore.waterline, scenario.sea.level or 0.0),
         seaward=shore.seaward,
         slope=shore.slope,
         width=shore.width,

@@ -18,7 +18,6 @@ from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
 from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.boom_remarks import blockage
-from scenarios.setup.fluid import horizontal
 from scenarios.setup.simulators import Simulators
 from scenarios.setup.solids.placed_solids import Solid
 from scenarios.versions import versions
@@ -126,21 +125,15 @@ def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:
         water_level=water_level,
         period=scenario.period,
         wind=wind,
-        wave_period=scenario.wave_period,
+        wave_period=scenario.sea.height_and_period[1],
         criteria=as_data(scenario.criteria),
     )
 
 
 def _current_and_wind(simulators: Simulators) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the current at the surface and the wind without gusts (x, y) [m/s] at the start: of the sea, or else of [forcing]."""
-    sea, forcing = simulators.sea, simulators.scenario.forcing
-    if sea is not None:
-        return _plane(sea.current([simulators.level], 0.0)[0]), _plane(sea.mean_wind(0.0))
-    current, wind = (
-        (0.0, 0.0) if one is None else _plane(horizontal(one.speed, one.direction))
-        for one in (forcing.current, forcing.wind)
-    )
-    return current, wind
+    """Return the current at the surface and the wind without gusts (x, y) [m/s] at the start."""
+    sea = simulators.sea.now
+    return _plane(sea.current([simulators.level], 0.0)[0]), _plane(sea.mean_wind(0.0))
 
 
 def _plane(vector: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]:

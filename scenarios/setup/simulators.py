@@ -19,12 +19,12 @@ from oilsim.fluid.views import JointReadings
 from scenarios.problems import problems_of
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
-from scenarios.setup.at_sea.build_sea import unused_sea
 from scenarios.setup.at_sea.particle_free import left_out, without_particles
 from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
-from scenarios.setup.fluid import air_remarks, build_fluid, interface_remarks
+from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
+from scenarios.setup.run_sea import RunSea
 from scenarios.setup.solids.placed_solids import Solid, sampled
 from scenarios.setup.solids.thin_bodies import thin_bodies
 
@@ -42,7 +42,7 @@ class Simulators:
     level: of the still water [m]; solids: all bodies, those of the fleet too; coupled: names of those that exchange motion and
     wrench with the fluid, and `bodies` how they do; tank: the fluid's handle of the tank's sides, None without closed ones; world: None
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
-    too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, and a sea that is not used, in words;
+    too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, in words; sea: as it is now;
     facts: what comes of windows' resolution, in words;
     slick: the oil of a run without particles, None without any; skimmers: what takes it off the water; windows: the boxes of particles of a
     run at sea, of which the first has `fluid`; none in other runs.
@@ -55,6 +55,7 @@ class Simulators:
     coupled: tuple[str, ...]
     fluid: Fluid
     tank: int | None
+    sea: RunSea
     bodies: CoupledBodies
     world: RigidBodyWorld | None
     left_out: Mapping[str, str]
@@ -70,11 +71,6 @@ class Simulators:
         if not self.windows:
             return self.fluid.phase_positions(phase)
         return np.concatenate([one.phase_places(phase, time) for one in self.windows])
-
-    @property
-    def sea(self) -> Sea | None:
-        """The sea that loads the bodies; None without one."""
-        return None if self.world is None else getattr(self.world.environment, "sea", None)
 
     @property
     def readings(self) -> JointReadings:
@@ -95,7 +91,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
     if written.run.detail == "window":
         return _with_windows(written, scenario, layout)
     with problems_of("fluid", "cannot be built"):
-        fluid, tank = build_fluid(scenario, layout.positions)
+        fluid, tank = build_fluid(scenario, layout.positions, layout.sea)
     wetted = [] if not scenario.run.has_particles else [solid for solid in solids if solid.wetted]
     samplings = sampled(wetted, scenario.fluid.particle_spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
@@ -110,6 +106,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
         coupled=coupled,
         fluid=fluid,
         tank=tank,
+        sea=_sea(scenario, layout, fluid, slick),
         bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world, requested=requested),
         world=layout.world,
         left_out=layout.left_out,
@@ -118,7 +115,6 @@ def build_simulators(scenario: Scenario) -> Simulators:
         else thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level),
         notes=(
             *(note for solid in solids for note in solid.notes),
-            *unused_sea(scenario),
             *left_out(written),
             *air_remarks(scenario, layout.positions),
             *interface_remarks(scenario, layout.positions),
@@ -138,7 +134,6 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
     )  # only such a run pays for it
     from scenarios.setup.at_sea.window_place import require_water
 
-    assert layout.sea is not None
     beyond = require_water(written, layout.solids, layout.level)
     windows = build_windows(written, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
@@ -155,6 +150,7 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
         coupled=() if layout.world is None else tuple(solid.name for solid in wetted),
         fluid=next(iter(windows.values())).fluid,
         tank=None,
+        sea=RunSea(scenario, layout.sea, lambda: 0.0, lambda: np.zeros(2)),  # whose particles move with it as it is
         bodies=bodies,
         world=layout.world,
         left_out=layout.left_out,
@@ -172,7 +168,6 @@ def _told(written: Scenario, layout: Layout, windows: Mapping[str, Window]) -> t
     from scenarios.setup.at_sea.window_choice import window_facts, window_remarks
     from scenarios.setup.at_sea.window_shares import booms_in_rims, segments_borne
 
-    assert layout.sea is not None
     borne = windows, layout.fleet.booms, written.window
     mended = (note for solid in layout.solids for note in solid.notes)
     notes = (*mended, *left_out(written), *window_remarks(written, layout.sea), *booms_in_rims(*borne))
@@ -181,12 +176,43 @@ def _told(written: Scenario, layout: Layout, windows: Mapping[str, Window]) -> t
 
 def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
     """Build the oil of a run without particles; None in other runs, and without oil."""
-    if written.run.has_particles or layout.sea is None:
+    if written.run.has_particles:
         return None
     from scenarios.setup.at_sea.parcels import build_slick
 
     with problems_of("fill", "cannot become a slick"):
         return build_slick(written, layout.sea, layout.fleet.booms)
+
+
+def _sea(scenario: Scenario, layout: Layout, fluid: Fluid, slick: SlickParticipant | None) -> RunSea:
+    """Return the sea of a run, which tells the forcing of a tank, the bodies that it loads, and the slick that it carries."""
+    world, tank = layout.world, scenario.tank
+    environment = None if world is None else world.environment
+    middle = 0.5 * (np.array(tank.lower[:2]) + np.array(tank.upper[:2]))
+
+    def place() -> NDArray[np.float64]:
+        at_sea = world is not None and world.environment is not None
+        return world.poses(world.loaded_names)[:, :2].mean(axis=0) if at_sea and world is not None else middle
+
+    def clock() -> float:
+        return fluid.time if world is None else world.time
+
+    sea = RunSea(scenario, layout.sea, clock, place)
+    if environment is not None and world is not None:
+        from oilsim.loads.morison import FloatingBodies
+
+        def load(now: Sea) -> None:
+            assert isinstance(world.environment, FloatingBodies)
+            world.change_environment(world.environment.in_sea(now))
+
+        sea.tell(load)
+    if slick is not None:
+        from scenarios.setup.at_sea.parcels import carry_slick  # only a run with parcels pays for its kernels
+
+        sea.tell(lambda now: carry_slick(slick, now, layout.fleet.booms))
+    if scenario.run.has_particles:
+        sea.tell(lambda now: drive(fluid, scenario, now))
+    return sea
 
 
 def _asked(layout: Layout, slick: SlickParticipant | None, skimmers: Sequence[SkimmingParticipant]) -> Requested:

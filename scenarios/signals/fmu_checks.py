@@ -11,7 +11,7 @@ from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.isolated_fmu import Fmu, fmu
 from coupling.master.connection import Connection, connection_problems
 from coupling.master.participant import Variable, array_of
-from scenarios.problems import Problem, problems_of, suggestion
+from scenarios.problems import Problem, moved, problems_of, suggestion
 from scenarios.schema.fmu_settings import ORDER_BOARD, PREFIX, READING_BOARD, FmuSettings, connections_of
 from scenarios.signals.signal_participant import signal_variables
 from scenarios.signals.signal_table import Signal
@@ -72,6 +72,8 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
     name = connection.target_variable if takes else connection.source_variable
     if not (takes or connection.source == READING_BOARD) or name in signals:
         return ""
+    if text := moved(name):
+        return f"is {name!r}, which {text}"
     fitting = [signal for signal, one in signals.items() if one.is_input == takes]
     place = name.rpartition(".")[0] + "."
     near = [signal for signal in fitting if signal.startswith(place)] or fitting

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
-from scenarios.problems import Problem, ScenarioError, suggestion, unknown
+from scenarios.problems import Problem, ScenarioError, moved, suggestion, unknown
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import PipeEmitterSettings
 from scenarios.schema.parsing.compass import section_without_compass
@@ -94,6 +94,8 @@ def _order_problems(orders: tuple[str, ...], parts: InjectTables) -> Iterator[Pr
 
 def _fault(keys: tuple[str, ...], value: Any, parts: InjectTables) -> str:
     """Say why a setting is no order to a run of this scenario; empty if it is one."""
+    if text := moved(".".join(keys)):
+        return text
     table, name = keys[0], keys[1] if len(keys) > 1 else ""
     paths = [".".join(spellings(key)[0] for key in (*keys, *leaf)) for leaf in _leaves(value)]
     is_whole = len(keys) == 2 and isinstance(value, Mapping)  # orders since the start may have added the table

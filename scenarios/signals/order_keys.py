@@ -9,7 +9,6 @@ from typing import Protocol
 from scenarios.schema.exercise import BoomSettings, TowSettings
 from scenarios.schema.liquid import PhaseSettings
 from scenarios.schema.run_settings import RunSettings
-from scenarios.schema.sea import SeaSettings
 
 # Orders that can be given while a run goes on: what a helmsman, the weather, a valve or the instructor could do.
 ORDER_KEYS = (
@@ -33,12 +32,6 @@ ORDER_KEYS = (
     "skimmers.*.throughput_efficiency",
     "skimmers.*.recovery_efficiency",
     "injects.*.given",
-    "forcing.current.speed",
-    "forcing.current.direction",
-    "forcing.wind.speed",
-    "forcing.wind.direction",
-    "forcing.wind.gustiness",
-    "forcing.waves.height",
     "sea.current.speed",
     "sea.current.direction",
     "sea.wind.speed",
@@ -50,9 +43,6 @@ ORDER_KEYS = (
 )
 # Tables that an order may add to a run that began without them.
 NEW_TABLES = (
-    "forcing.current",
-    "forcing.wind",
-    "forcing.waves",
     "sea.current",
     "sea.wind",
     "sea.waves",
@@ -70,10 +60,6 @@ class Felt(Protocol):
     @property
     def tow(self) -> TowSettings | None:
         """Orders to all vessels."""
-
-    @property
-    def sea(self) -> SeaSettings | None:
-        """The sea without particles."""
 
     @property
     def booms(self) -> Mapping[str, BoomSettings]:
@@ -101,12 +87,8 @@ def why_unfelt(keys: Sequence[str], scenario: Felt) -> str:
         return "changes tow, but the run was started without it; allowed: tables that the run has"
     if table == "emitters" and is_bare and not any(phase.is_oil for phase in scenario.phases.values()):
         return f'cannot be ordered: run.detail is "{detail}", and no phase is oil; allowed: in runs with oil'
-    if table == "forcing" and is_bare and scenario.sea is not None:
-        return "is not felt: the weather is that of [sea]; allowed: sea.current, sea.wind, sea.waves"
     if table == "sea" and detail == "window":
         return (
             "cannot be ordered: the particles of a window move with the sea that they began in; allowed: tow, vessels"
         )
-    if table == "sea" and not (is_bare and scenario.sea is not None):
-        return "is not felt by any part of this run; allowed: forcing.current, forcing.wind, forcing.waves"
     return ""

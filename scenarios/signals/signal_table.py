@@ -1,6 +1,6 @@
 """The signals of a run: numbers with a name and a unit that FMUs are connected to, and that an exported FMU has as its variables.
 
-Names follow the scenario file: ``vessels.port.speed``, ``booms.main.port.tension``, ``forcing.wind.speed``. The meaning of a
+Names follow the scenario file: ``vessels.port.speed``, ``booms.main.port.tension``, ``sea.wind.speed``. The meaning of a
 signal for the parts of a run stands beside its name, in one place. Positions are of the centre of mass; roll, pitch and yaw turn the body
 about the world's x, y and z in this order; headings and directions are counter-clockwise from +x.
 """
@@ -21,8 +21,7 @@ from scenarios.schema.bodies import Body, Fixed
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
 from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.recovery import SkimmerSettings
-from scenarios.schema.weather import ForcingSettings
-from scenarios.signals.weather_inputs import CurrentListener, set_current, set_wind
+from scenarios.schema.sea import SeaSettings, SteadySeaCurrent, SteadySeaWind
 from vessels.control import HELM_ORDERS, MACHINERY_ORDERS
 
 if TYPE_CHECKING:
@@ -30,9 +29,7 @@ if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
     from coupling.bullet.rigid_body_world import RigidBodyWorld
     from coupling.multibody.mooring_leg import MooringLeg
-    from oilsim import Fluid
     from vessels.control import ManualControl, VesselControl
-    from vessels.windage import WindOnBodies
 
 Array = NDArray[np.float64]
 POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
@@ -72,7 +69,7 @@ class SignalTables(Protocol):
         """Orders to all vessels without orders of their own."""
 
     @property
-    def forcing(self) -> ForcingSettings | None:
+    def sea(self) -> SeaSettings | None:
         """Wind, waves and current."""
 
 
@@ -102,7 +99,14 @@ class ScoredBoom(Protocol):
         """Return the tow speed [m/s] at the gross loss."""
 
 
-class Scores(CurrentListener, Protocol):
+class Weather(Protocol):
+    """The sea of a run."""
+
+    def signal(self, kind: str, speed: float, direction: float) -> None:
+        """Set the speed [m/s] and direction [rad] of the `wind` or the `current`."""
+
+
+class Scores(Protocol):
     """The accounts of all booms."""
 
     @property
@@ -114,15 +118,14 @@ class Scores(CurrentListener, Protocol):
 class RunParts:
     """The parts of a run that signals read and change; `controls` by vessel, `tension_joints` by boom and end.
 
-    wind_on_bodies: the wind on what no helmsman steers; None without wind or without such bodies; skimmers: by name.
+    sea: its wind and current; skimmers: by name.
     """
 
-    fluid: Fluid
+    sea: Weather
     world: RigidBodyWorld | None
     controls: Mapping[str, VesselControl | ManualControl]
     scoring: Scores
     tension_joints: Mapping[tuple[str, str], str]
-    wind_on_bodies: WindOnBodies | None = None
     skimmers: Mapping[str, SkimmingParticipant] = field(default_factory=dict)
 
     def body(self, name: str) -> tuple[Array, Array]:
@@ -158,7 +161,7 @@ class Signal:
 
 def signals_of(exercise: SignalTables) -> dict[str, Signal]:
     """List all signals of a scenario by name."""
-    found = [*_tow(exercise), *_weather(exercise.forcing)]
+    found = [*_tow(exercise), *_weather(exercise.sea)]
     for name, vessel in exercise.vessels.items():
         found += [*_orders(name, vessel), *_vessel(name)]
     for name, boom in exercise.booms.items():
@@ -303,22 +306,16 @@ def attitude(pose: Array) -> tuple[float, float, float]:
     return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def _weather(forcing: ForcingSettings | None) -> Iterator[Signal]:
-    """Yield wind and current, if the scenario has them."""
-    if forcing is None:
-        return
-    for kind, settings, write in (("wind", forcing.wind, _blow), ("current", forcing.current, _flow)):
-        if settings is not None:
-            limits = quantities(type(settings))
-            yield _input(f"forcing.{kind}.speed", limits["speed"], write, settings.speed)
-            yield _input(f"forcing.{kind}.direction", limits["direction"], write, settings.direction)
+def _weather(sea: SeaSettings | None) -> Iterator[Signal]:
+    """Yield wind and current, if the scenario has steady ones."""
+    for kind in ("wind", "current"):
+        settings = getattr(sea, kind, None)
+        if isinstance(settings, SteadySeaWind | SteadySeaCurrent):
+            limits, write = quantities(type(settings)), partial(_stream, kind)
+            yield _input(f"sea.{kind}.speed", limits["speed"], write, settings.speed)
+            yield _input(f"sea.{kind}.direction", limits["direction"], write, settings.direction)
 
 
-def _blow(parts: RunParts, values: Mapping[str, float]) -> None:
-    speed, direction = values["forcing.wind.speed"], values["forcing.wind.direction"]
-    set_wind(parts.fluid, parts.controls.values(), parts.wind_on_bodies, speed, direction)
-
-
-def _flow(parts: RunParts, values: Mapping[str, float]) -> None:
-    speed, direction = values["forcing.current.speed"], values["forcing.current.direction"]
-    set_current(parts.fluid, parts.scoring, speed, direction)
+def _stream(kind: str, parts: RunParts, values: Mapping[str, float]) -> None:
+    """Set the wind or the current."""
+    parts.sea.signal(kind, values[f"sea.{kind}.speed"], values[f"sea.{kind}.direction"])

@@ -76,7 +76,7 @@ class BoomScore:
         self._tension_joints = dict(tensions)
         self._tensions = {end: TensionRecord() for end in tensions}
         self._losses = LossSpeeds()
-        waves = scenario.wave_period
+        waves = scenario.sea.height_and_period[1]
         self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth, waves)
         self._towed = HeldSpeed(window=waves) if waves else None  # vessels swing in waves, too
         self._area = np.array(settings.area)
@@ -87,7 +87,7 @@ class BoomScore:
         self._time: float | None = None
         self.strength_share: float | None = None  # [-] largest along the boom now; None without a strength
         self._berth = settings.berth
-        self._has_tide = scenario.sea is not None and scenario.sea.tide is not None
+        self._has_tide = scenario.sea.tide is not None
         self.held_speed = 0.0  # [m/s] largest along the boom that is held now
         self._fast, self._crossed = False, 0.0  # whether that speed is above its limit, and since when [s]
         self._worst: dict[str, float] = {}

@@ -16,17 +16,16 @@ from oilsim import Fluid
 from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words, levers_in_words
 from scenarios.scenario import Scenario
-from scenarios.schema.weather import horizontal
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.fleet import Fleet
 from scenarios.watch.boom_score import Beside, BoomScore, Notice
-from scenarios.watch.sea_at_booms import current_of, rise_of
 from scenarios.watch.slick_account import lost_parcels
 from vessels.vessel import Vessel
 
 if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
     from coupling.participants.slick import SlickParticipant
+    from scenarios.setup.run_sea import RunSea
 
 Array = NDArray[np.float64]
 
@@ -44,19 +43,18 @@ class Scoring:
         world: RigidBodyWorld | None,
         fleet: Fleet,
         level: float,
+        sea: RunSea,
         slick: SlickParticipant | None = None,
         skimmers: Sequence[SkimmingParticipant] = (),
     ) -> None:
-        """Prepare the accounts; `level` [m] is that of the still water, `slick` the oil of a run without particles, which skimmers take."""
+        """Prepare the accounts; `level` [m] is that of the still water, which `sea` moves, `slick` the oil of a run without particles."""
         self._slick = slick
         named = {skimmer.name.removeprefix("skimmers/"): skimmer for skimmer in skimmers}
         self._skimmers = {boom: [named[n] for n in scenario.skimmers_at(boom) if n in named] for boom in scenario.booms}
         self._fluid = fluid
         self._world = world
-        self._level = level
+        self._level, self._sea = level, sea
         self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
-        current = scenario.forcing.current
-        self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
         self._bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing  # of the x axis, from north
         self._orders = tuple(_orders(fleet.vessels, self._bearing))
         self._announced_until = -math.inf  # [s]
@@ -75,8 +73,9 @@ class Scoring:
             return
         for boom in self.booms:
             boom.lose(time, self._fluid, self._world, self._level)
-        oil, level = self._oil(), self._level + rise_of(self._world, time)
-        current = current_of(self._world, level, time, self._current)
+        oil, sea = self._oil(), self._sea.now
+        level = self._level + sea.rise(time)
+        current = np.array([*sea.current([level], time)[0], 0.0])
         for boom in self.booms:
             skimmed = sum(float(one.get("oil")) for one in self._skimmers[boom.name])
             boom.advance(time, self._world, oil, level, current, Beside(self._slick, skimmed))
@@ -116,7 +115,6 @@ class Scoring:
             "booms": booms,
             "balance": None if self.balance is None else asdict(self.balance),
             "announced_until": self._announced_until,
-            "current": self._current.copy(),
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
@@ -125,7 +123,6 @@ class Scoring:
             boom.restore_state(saved["booms"][boom.name])
         self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
         self._announced_until, self._notices = saved["announced_until"], []
-        self._current = np.array(saved["current"])
 
     def take_parting(self, boom: str, number: int, why: str = "") -> None:
         """Announce that a joint of a boom, counted from 1 at its first end, has parted, and why."""
@@ -138,10 +135,6 @@ class Scoring:
     def take_orders(self, vessels: Iterable[Vessel]) -> None:
         """Announce the orders of these vessels' courses from now on."""
         self._orders = tuple(_orders(vessels, self._bearing))
-
-    def take_current(self, current: Array) -> None:
-        """Compute speeds relative to water that flows at `current` (3,) [m/s] from now on, where no sea has a current of its own."""
-        self._current = current
 
     def summary(self) -> dict[str, Any]:
         """Return the scores of the run so far, by boom."""

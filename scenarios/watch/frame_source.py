@@ -29,7 +29,6 @@ from scenarios.setup.run_description import describe_windows
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
-from scenarios.watch.sea_at_booms import rise_of
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.skimmer_account import SkimmerAccounts
 from scenarios.watch.slick_account import phase_of
@@ -96,8 +95,8 @@ class FrameReader:
         simulators = self._simulators
         if simulators.scenario.run.has_particles:
             return self._tank_surface(time)
-        world, sea = simulators.world, simulators.sea
-        if world is None or sea is None:
+        world, sea = simulators.world, simulators.sea.now
+        if world is None:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
         parcels = None if simulators.slick is None else simulators.slick.slick.parcels
@@ -183,8 +182,7 @@ class FrameReader:
             name: partial(self._particles, name, time) for name in simulators.scenario.phases
         }
         if simulators.slick is not None:
-            world = simulators.world
-            level = simulators.level + (0.0 if world is None else rise_of(world, time))
+            level = simulators.sea.now.still_level(time)
             oils = [name for name, phase in simulators.scenario.phases.items() if phase.is_oil]
             readers |= {
                 name: partial(phase_of, simulators.slick, number, level, time) for number, name in enumerate(oils)

@@ -1,20 +1,13 @@
-"""The sea at the booms: the rise of its surface, its current, and its edge, which a boom leaves or beyond which the sea repeats."""
+"""The edge of the sea, which a boom leaves, or beyond which the sea repeats."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.bullet.rigid_body_world import RigidBodyWorld
 from scenarios.schema.liquid import Tank
-
-if TYPE_CHECKING:
-    from oilsim.sea import Sea
-
-Array = NDArray[np.float64]
 
 
 def sides_passed(
@@ -32,21 +25,3 @@ def sides_passed(
                 yield side, f"{text}: from here on it may meet its own wake and oil that it has lost", False
             elif way > slack and side in tank.open:
                 yield side, f"has left the simulated sea through its open side {side}: its scoring ends here", True
-
-
-def rise_of(world: RigidBodyWorld, time: float) -> float:
-    """Return the height [m] of the still water at `time` [s] above that at the start, by the tide of the sea that loads the bodies."""
-    sea = _sea_of(world)
-    return 0.0 if sea is None else sea.rise(time)
-
-
-def current_of(world: RigidBodyWorld, level: float, time: float, driven: Array) -> Array:
-    """Return the current (3,) [m/s] at a level [m] and a time [s]: of the sea that loads the bodies, else that which drives the liquid."""
-    sea = _sea_of(world)
-    return driven if sea is None else np.array([*sea.current([level], time)[0], 0.0])
-
-
-def _sea_of(world: RigidBodyWorld) -> Sea | None:
-    """Return the sea that loads the bodies of a world; None in a run of particles alone."""
-    sea: Sea | None = getattr(world.environment, "sea", None)
-    return sea

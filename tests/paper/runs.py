@@ -14,7 +14,7 @@ SPACINGS = {3: 0.08, 4: 0.1, 5: 0.03}
 SQUARE = (  # a sea as wide as it is long: the paper's is twice as long as wide, along the wind
     "tank.lower=[0, -1, 0]", "tank.upper=[4, 3, 4]", "fill.ocean.lower=[0, -1, 0]", "fill.ocean.upper=[4, 3, 0.3]",
 )  # fmt: skip
-WAVES = ("forcing.waves.lower=[3, -1, 0]", "forcing.waves.upper=[4, 3, 4]")
+WAVES = ("tank.zones.wave_maker.lower=[3, -1, 0]", "tank.zones.wave_maker.upper=[4, 3, 4]")
 
 
 def calm(finer: float = 1.0) -> list[Scene]:

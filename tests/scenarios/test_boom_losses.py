@@ -30,7 +30,7 @@ def pool(**changes: Any) -> dict[str, Any]:
     for fill in data["fill"].values():
         fill["velocity"] = [-STREAM, 0.0, 0.0]
     data["fill"]["slick"] |= {"lower": [0.9, 0.6, 0.5], "upper": [1.6, 1.4, 0.66], "velocity": [0.0, 0.0, 0.0]}
-    data["forcing"]["current"]["speed"] = STREAM
+    data["sea"]["current"]["speed"] = STREAM
     data["booms"]["a"] |= changes.get("boom", {})
     data["phases"]["oil"] |= changes.get("oil", {})
     return data
@@ -86,7 +86,7 @@ def test_the_last_oil_of_a_pool_is_put_back_like_any_other(scenario_run: type[Sc
     """A single particle, which slips under the foot below the speed at which closures lose anything: an empty pool gives no rate."""
     data = pool()
     data["fill"]["slick"] |= {"lower": [1.2, 0.95, 0.5], "upper": [1.3, 1.05, 0.6]}
-    data["forcing"]["current"]["speed"] = 0.2
+    data["sea"]["current"]["speed"] = 0.2
     for fill in data["fill"].values():
         fill["velocity"] = [0.0, 0.0, 0.0]
     run = scenario_run(scenario_from(data))

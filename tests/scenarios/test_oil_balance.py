@@ -45,7 +45,7 @@ def channel(booms: dict[str, Any]) -> dict[str, Any]:
                 "shape": "block", "phase": "oil", "lower": [1.0, 0.5, 0.5], "upper": [1.8, 1.5, 0.6], "velocity": stream,
             },
         },
-        "forcing": {"current": {"speed": 0.8, "direction_deg": 180.0}},
+        "sea": {"current": {"speed": 0.8, "direction_deg": 180.0}},
         "booms": copy.deepcopy(booms),
     }  # fmt: skip
 

@@ -85,7 +85,7 @@ def random_scene(seed: int) -> Table:
         "phases": phases,
         "tank": tank,
         "fill": _fill(dice, size, spacing, speed, tuple(phases)),
-        "forcing": _forcing(dice, size, gravity, speed, unit),
+        "sea": _sea(dice, size, gravity, speed),
     }
     if Dice(seed + PAPER_SEED).chance(0.1):  # a stream of its own: the other draws of a seed stay as they were
         scene["fluid"] |= {"scheme": "paper", "sleep_speed": 0.0, "viscosity_correction": dice.choice(1.0, 1e4)}
@@ -106,7 +106,7 @@ def _flatten(scene: Table) -> None:
     for region in scene["fill"].values():
         if "velocity" in region:
             region["velocity"][1] = 0.0
-    for weather in scene["forcing"].values():
+    for weather in scene["sea"].values():
         if "direction" in weather:
             weather["direction"] = 0.0
 
@@ -175,21 +175,16 @@ def _pipes(
     return {"pipe": pipe}, [(mouth, radius + 4.0 * spacing)]
 
 
-def _forcing(dice: Dice, size: Array, gravity: float, speed: float, unit: float) -> Table:
-    forcing = {}
+def _sea(dice: Dice, size: Array, gravity: float, speed: float) -> Table:
+    sea = {}
     if dice.chance(0.12):
-        forcing["wind"] = {"speed": dice.between(0.0, 30.0), "direction": dice.between(0.0, 6.3), "gustiness": 0.3}
+        sea["wind"] = {"speed": dice.between(0.1, 30.0), "direction": dice.between(0.0, 6.3), "gust_intensity": 0.3}
     if dice.chance(0.12):
-        forcing["current"] = {
-            "speed": dice.between(0.0, 0.5) * speed, "direction": dice.between(0.0, 6.3),
-            "relaxation_time": dice.scale(0.5, 20.0) * unit,
-        }  # fmt: skip
+        sea["current"] = {"speed": dice.between(0.0, 0.5) * speed, "direction": dice.between(0.0, 6.3)}
     if gravity == GRAVITY and dice.chance(0.12):
-        forcing["waves"] = {
-            "height": dice.between(0.02, 0.1) * float(size[2]), "relaxation_time": 20.0 * unit,
-            "period": 2.0 * math.pi * math.sqrt(float(size[0]) / gravity / 6.0),
-        }  # fmt: skip
-    return forcing
+        period = 2.0 * math.pi * math.sqrt(float(size[0]) / gravity / 6.0)
+        sea["waves"] = {"height": dice.between(0.005, 0.02) * float(size.min()), "period": period, "build_up": period}
+    return sea
 
 
 def _bodies(

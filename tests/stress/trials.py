@@ -26,6 +26,7 @@ from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed, Free
+from scenarios.schema.sea import SteadySeaWind
 
 FASTEST = 6.0  # times what drives it: jets of a splash in a corner reach three times
 MADE = 0.02  # of the energy of the reference speed, beside what a step's flight runs ahead of its forces
@@ -173,15 +174,14 @@ def _speeds(scenario: Scenario) -> Iterator[float]:
         yield pipe.speed
     for phase in scenario.phases.values():
         yield math.sqrt(2.0 * phase.adhesion / (phase.rest_density * scenario.fluid.particle_spacing))
-    if scenario.forcing.current is not None:
-        yield scenario.forcing.current.speed
-    if scenario.forcing.wind is not None:
-        yield 0.1 * scenario.forcing.wind.speed
+    yield scenario.sea.steady_current[0]
+    if isinstance(scenario.sea.wind, SteadySeaWind):
+        yield 0.1 * scenario.sea.wind.speed
 
 
 def _is_driven(scenario: Scenario) -> bool:
     """Whether anything but gravity does work."""
-    weather = (scenario.forcing.wind, scenario.forcing.current, scenario.forcing.waves)
+    weather = (scenario.sea.wind, scenario.sea.current, scenario.sea.waves)
     sticky = any(phase.adhesion for phase in scenario.phases.values())
     led = any(not isinstance(body.motion, Free | Fixed) for body in scenario.bodies.values())
     return bool(scenario.emitters) or any(each is not None for each in weather) or led or sticky

@@ -179,7 +179,7 @@ def test_wind_force_and_its_heeling_moment():
     control = VesselControl(vessel)
     control.enter_initialization_mode(0.0)
     control.set("tug.twist", np.array([0.0, 2.0, 0.0, 0.0, 0.0, 0.0]))
-    control.set("tug.wind", np.array([0.0, 10.0, 0.0]))
+    control.wind = lambda place, time: np.array([0.0, 10.0, 0.0])
     control.do_step(0.0, STEP)
     force = 0.5 * 1.225 * 1.1 * 0.3 * 8.0**2  # 0.5 rho Cd A V^2 with the apparent wind of 8 m/s
     assert control.get("tug.applied_wrench") == pytest.approx([0.0, force, 0.0, -0.4 * force, 0.0, 0.0], abs=1e-9)

@@ -58,12 +58,11 @@ def test_a_heeled_and_pitched_box_shows_the_wind_the_sides_that_face_it(angles: 
 
 
 def test_the_participant_gives_each_body_its_wrench_and_goes_on_from_its_state() -> None:
-    wind = WindOnBodies({"box": Windage(BOX, -0.25)})
-    wind.set("wind", WIND)
+    wind = WindOnBodies({"box": Windage(BOX, -0.25)}, lambda place, time: WIND)
     wind.do_step(0.0, 0.1)
     force = wind.get("box.applied_wrench")
     assert force == pytest.approx(wrench())
-    other = WindOnBodies({"box": Windage(BOX, -0.25)})
+    other = WindOnBodies({"box": Windage(BOX, -0.25)}, lambda place, time: WIND)
     other.restore_state(wind.save_state())
     assert other.get("box.applied_wrench") == pytest.approx(force)
     with pytest.raises(TypeError, match="restore_state got a int"):
@@ -78,7 +77,7 @@ SEA: dict[str, Any] = {
     "tank": {"lower": [0.0, 0.0, 0.0], "upper": [2.0, 1.6, 2.0], "open": ["+z"], "periodic": ["x", "y"]},
     "fill": {"sea": {"shape": "slab", "phase": "sea", "bottom": 0.0, "top": 0.5, "velocity": [0.0, 0.0, 0.0]}},
     "bodies": {"boat": {"shape": "box", "size": [0.6, 0.4, 0.6], "density": 340.0, "position": [1.0, 0.8, 0.6]}},
-    "forcing": {"wind": {"speed": 12.0}},
+    "sea": {"wind": {"speed": 12.0}},
 }
 
 

@@ -114,19 +114,18 @@ function steer(link, vessel, speed, degrees, keeps, bearing) {
 }
 
 function weatherControls(place, scene, link) {
-  const table = scene.weather_table, bearing = scene.bearing;
+  const bearing = scene.bearing;
   const box = group(place, "Weather", `
     <div class="row">${number("wind-speed", "Wind", "kn", 1, 0, 100)}${number("wind-from", "from", "°", 1, 0, 359)}<button data-what="wind">Order</button></div>
     <div class="row">${number("current-speed", "Current", "kn", 0.05, 0, 8)}${number("current-to", "towards", "°", 1, 0, 359)}<button data-what="current">Order</button></div>
     <div class="row">${number("waves-height", "Waves", "m", 0.1, 0, 20)}<button data-what="waves">Order</button></div>`);
-  const steady = table === "sea" ? 'kind="steady",' : "";
   when(box, "button", (button) => {
     const what = button.dataset.what, weather = window.conduct.state?.weather, present = weather?.[what];
     let settings;
-    if (what === "waves") settings = waves(table, weather, value("waves-height"));
+    if (what === "waves") settings = waves(weather, value("waves-height"));
     else {
       const speed = value(`${what}-speed`) * KNOT, way = what === "wind" ? direction(value("wind-from") + 180, bearing) : direction(value("current-to"), bearing);
-      settings = present ? [`${table}.${what}.speed=${speed}`, `${table}.${what}.direction=${way}`] : [`${table}.${what}={${steady}speed=${speed},direction=${way}}`];
+      settings = present ? [`sea.${what}.speed=${speed}`, `sea.${what}.direction=${way}`] : [`sea.${what}={kind="steady",speed=${speed},direction=${way}}`];
     }
     link.give("order", { settings });
   });

@@ -31,11 +31,12 @@ class Section:
     """A part of a scenario that refuses impossible values when it is created.
 
     A subclass is a frozen keyword-only dataclass. Its `problems` may yield further problems, which concern several fields together. A file
-    chooses a subclass with ``TAG = ("shape", "box")`` by ``shape = "box"``. COMPASS is the key of a compass course that gives its heading
-    or direction, where it has one. Raises ScenarioError with every problem of the section.
+    chooses a subclass with ``TAG = ("shape", "box")`` by ``shape = "box"``, and the USUAL one by leaving that out. COMPASS is the key of a
+    compass course that gives its heading or direction, where it has one. Raises ScenarioError with every problem of the section.
     """
 
     TAG: ClassVar[tuple[str, str] | None] = None
+    USUAL: ClassVar[bool] = False
     COMPASS: ClassVar[str | None] = None
 
     def __post_init__(self) -> None:

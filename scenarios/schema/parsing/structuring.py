@@ -249,16 +249,17 @@ def _is_tagged_union(kind: Any) -> bool:
 
 
 def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], Any]:
-    """Choose a table's class by its tag, as in shape = "box"; a bare word is a table with only the tag."""
+    """Choose a table's class by its tag, as in shape = "box"; a bare word is a table with only the tag, and one without is the usual."""
     by_tag = {member.TAG[1]: member for member in _members(union)}
     key = _members(union)[0].TAG[0]
     allowed = ", ".join(repr(tag) for tag in by_tag)
+    usual = next((tag for tag, member in by_tag.items() if member.USUAL), None)
 
     def hook(data: Any, _: Any) -> Any:
         table = {key: data} if isinstance(data, str) else data
         if not isinstance(table, Mapping):
             raise Refusal(f"is {data!r}, allowed: a table with {key} = one of {allowed}")
-        tag = table.get(key)
+        tag = table.get(key, usual)
         if isinstance(data, str) and data not in by_tag:
             hint = suggestion(data, by_tag) or ","
             raise Refusal(f"is {data!r}{hint} allowed: a table with {key} = one of {allowed}")

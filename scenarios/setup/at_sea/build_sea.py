@@ -1,10 +1,10 @@
-"""The sea without particles of a scenario, from its settings and its files of winds and currents."""
+"""The sea of a scenario, from its settings and its files of winds and currents."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,7 +21,6 @@ from oilsim.sea import (
     SteadyFlow,
     TidalFlow,
     Tide,
-    Turbulence,
     WindDrift,
     WindField,
 )
@@ -49,53 +48,49 @@ if TYPE_CHECKING:
 Built = TypeVar("Built")
 
 
-def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea | None:
-    """Build the sea of a scenario, of water of `density` [kg/m3]; None without one. Reads its files.
+def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea:
+    """Build the sea of a scenario with its depth and level, of water of `density` [kg/m3]. Reads its files.
 
     Raises ScenarioError with every problem: of files, of their times, and of waves that cannot be.
     """
-    settings, problems = scenario.sea, list[Problem]()
-    if settings is None:
-        return None
     from oilsim.sea import Sea  # its kernels take time to import
 
+    settings, problems, seed = scenario.sea, list[Problem](), scenario.run.seed
     gravity = math.hypot(*scenario.fluid.gravity)
     current = _current(settings, scenario, problems)
     wind = _wind(settings, scenario, problems)
-    waves = None if settings.waves is None else _waves(settings.waves, scenario.run.seed)
+    waves = None if settings.waves is None else _waves(settings.waves, seed)
     build_up = 0.0 if settings.waves is None else settings.waves.build_up
+    plain: dict[str, Any] = {"depth": settings.depth, "level": settings.level or 0.0, "gravity": gravity}
     parts: dict[str, Any] = {"current": current, "waves": waves, "build_up": build_up}
     if gravity == 0.0:
-        problems.append(Problem("fluid.gravity", "is 0, allowed with [sea]: gravity, by which a sea is level"))
+        if waves is not None or not scenario.run.has_particles:
+            problems.append(Problem("fluid.gravity", "is 0, allowed with waves, and without particles: above 0"))
     elif current is not None or settings.current is None or waves is None or waves.seen_from == "water":
         # only of a period seen from the ground the length depends on the current
-        plain: dict[str, Any] = {"depth": settings.depth, "level": settings.level, "gravity": gravity}
         _kept("sea.waves", lambda: Sea(SeaDescription(**plain, **parts)), problems)
     if problems:
         raise ScenarioError(problems, scenario.name)
-    cells, turbulence, seed = settings.langmuir, settings.turbulence, scenario.run.seed
+    cells = settings.langmuir
     return Sea(
         SeaDescription(
-            depth=settings.depth,
-            level=settings.level,
             density=density,
-            gravity=gravity,
             wind=wind,
             langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=seed),
-            turbulence=None if turbulence is None else Turbulence(**_values(turbulence), seed=seed),
+            diffusivity=settings.diffusivity,
             tide=None if settings.tide is None else Tide(**_values(settings.tide)),
+            **plain,
             **parts,
         )
     )
 
 
-def unused_sea(scenario: Scenario) -> tuple[str, ...]:
-    """Say that no part of a run feels the sea yet; empty without one."""
-    return (
-        ()
-        if scenario.sea is None or not scenario.run.has_particles
-        else ("sea: is checked, but no part of this run uses it; particles feel [forcing]",)
-    )
+def deep_to_the_floor(scenario: Scenario, level: float) -> SeaSettings:
+    """Return the settings of the sea with depth and level: where they are not given, of water up to `level` [m] over the tank's floor."""
+    settings = scenario.sea
+    surface = level if settings.level is None else settings.level
+    depth = max(surface - scenario.tank.lower[2], scenario.fluid.particle_spacing)  # of an empty tank, a layer
+    return replace(settings, level=surface, depth=depth if settings.depth is None else settings.depth)
 
 
 def _values(section: Any, *left_out: str) -> dict[str, Any]:
@@ -146,7 +141,7 @@ def _wind(settings: SeaSettings, scenario: Scenario, problems: list[Problem]) ->
     if flow is None:
         return None
     gusts = None
-    if given.gust_intensity > 0.0:
+    if given.gust_intensity > 0.0 and flow.mean().any():  # a calm carries none
         gusts = KaimalGusts(
             intensity=given.gust_intensity, highest_frequency=given.highest_frequency, seed=scenario.run.seed
         )

@@ -93,7 +93,7 @@ def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) ->
     settings = SlickSettings(
         loss_volume=(released or UNKNOWN_RELEASE) / LOST_PARCELS,
         water_density=sea.description.density,
-        diffusivity=0.0 if sea.description.turbulence is None else sea.description.turbulence.diffusivity,
+        diffusivity=sea.description.diffusivity,
         seed=written.run.seed,
     )
     slick = Slick(settings, _barriers(booms, bodies, beach))

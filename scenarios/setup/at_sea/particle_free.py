@@ -1,7 +1,6 @@
 """A run without particles, or outside its window (`run.detail`): the sea by formulas, and bodies that it loads.
 
-The liquid of the scenario is not simulated. A scenario without a [sea] gets one from its tank and its [forcing], so that any exercise can
-be run both ways.
+The liquid of the scenario is not simulated.
 """
 
 from __future__ import annotations
@@ -12,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
-from scenarios.schema.liquid import BlockFill, SlabFill
+from scenarios.schema.liquid import top_of_water
 from scenarios.schema.probe_settings import BodyProbe
-from scenarios.schema.sea import RegularSeaWaves, SeaSettings, SteadySeaCurrent, SteadySeaWind
-from scenarios.schema.weather import CurrentSettings, ForcingSettings
+from scenarios.schema.sea import SeaSettings
+from scenarios.setup.at_sea.build_sea import deep_to_the_floor
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from scenarios.setup.fleet import Fleet
     from scenarios.setup.solids.placed_solids import Solid
 
-WEATHER_OF_THE_SEA = 'run.detail is "{}": the weather is that of [sea], so {} is left out'
 LEFT_OUT = 'run.detail is "{}": oil is a slick of parcels, and the sea is formulas, so {} is left out'
 
 
@@ -36,18 +34,18 @@ def without_particles(scenario: Scenario) -> Scenario:
     """Return the scenario as it is run: with a sea and without its liquid if it is run without particles, else as it is."""
     if scenario.run.has_particles:
         return scenario
-    sea = scenario.sea or _sea_of_the_tank(scenario)
-    steady = sea.current if isinstance(sea.current, SteadySeaCurrent) else None
-    current = None if steady is None else CurrentSettings(speed=steady.speed, direction=steady.direction)
     probes = {name: probe for name, probe in scenario.probes.items() if isinstance(probe, BodyProbe)}
     fluid = replace(scenario.fluid, sleep_speed=0.0)  # regions of a whole sea without water would cost a step's time
-    forcing = ForcingSettings(current=current)
-    return replace(scenario, fluid=fluid, fill={}, emitters={}, probes=probes, sea=sea, forcing=forcing)
+    return replace(scenario, fluid=fluid, fill={}, emitters={}, probes=probes, sea=sea_of(scenario))
 
 
-def sea_depth(scenario: Scenario) -> float:
-    """Return the depth [m] of the sea of a run without particles, or outside its windows."""
-    return (scenario.sea or _sea_of_the_tank(scenario)).depth
+def sea_of(scenario: Scenario) -> SeaSettings:
+    """Return the sea of a run without particles, or outside its windows, with its depth and level: where nothing is said, the tank's."""
+    top = top_of_water(scenario.fill, scenario.phases)
+    if scenario.sea.depth is None and top is None:
+        text = "is missing, allowed without particles: a depth, or water in a slab or block of [fill]"
+        raise ScenarioError([Problem("sea.depth", text)], scenario.name)
+    return deep_to_the_floor(scenario, top or 0.0)
 
 
 def left_out(scenario: Scenario) -> tuple[str, ...]:
@@ -57,11 +55,7 @@ def left_out(scenario: Scenario) -> tuple[str, ...]:
     names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
     names += [f"emitters.{name}" for name, pipe in scenario.emitters.items() if not scenario.phases[pipe.phase].is_oil]
     names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
-    told = [LEFT_OUT.format(scenario.run.detail, ", ".join(names))] if names else []
-    weather = [f"forcing.{name}" for name, table in vars(scenario.forcing).items() if table is not None]
-    if scenario.sea is not None and weather:
-        told.append(WEATHER_OF_THE_SEA.format(scenario.run.detail, ", ".join(weather)))
-    return tuple(told)
+    return (LEFT_OUT.format(scenario.run.detail, ", ".join(names)),) if names else ()
 
 
 def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
@@ -136,33 +130,3 @@ def loads_of_mesh(mesh: Trimesh, properties: MassProperties, water_density: floa
         hydrostatics=hydrostatics(mesh, waterline),
     )
     return hull_loads(hull)
-
-
-def _sea_of_the_tank(scenario: Scenario) -> SeaSettings:
-    """Return the sea that the tank's water and the weather on it amount to."""
-    forcing, level = scenario.forcing, _level(scenario)
-    waves, current, wind = forcing.waves, forcing.current, forcing.wind
-    return SeaSettings(
-        depth=level - scenario.tank.lower[2],
-        level=level,
-        waves=None
-        if waves is None
-        else RegularSeaWaves(height=waves.height, period=waves.period, direction=waves.direction),
-        current=None if current is None else SteadySeaCurrent(speed=current.speed, direction=current.direction),
-        wind=None
-        if wind is None
-        else SteadySeaWind(speed=wind.speed, direction=wind.direction, gust_intensity=wind.gustiness),
-    )
-
-
-def _level(scenario: Scenario) -> float:
-    """Return the height [m] of the water at the start: the top of the liquid that is no oil, in slabs and blocks."""
-    water = [fill for fill in scenario.fill.values() if not scenario.phases[fill.phase].is_oil]
-    tops = [fill.top for fill in water if isinstance(fill, SlabFill)]
-    tops += [fill.upper[2] for fill in water if isinstance(fill, BlockFill)]
-    if not tops:
-        problem = Problem(
-            "sea", 'is missing, allowed with run.detail = "none": a [sea], or water in a slab or block of [fill]'
-        )
-        raise ScenarioError([problem], scenario.name)
-    return max(tops)

@@ -10,7 +10,7 @@ from dataclasses import replace
 from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.window import WindowTable, window_place
-from scenarios.setup.at_sea.particle_free import sea_depth
+from scenarios.setup.at_sea.particle_free import sea_of
 
 # [1] layers of water that a window needs; numerical; as its own depth
 LEAST_LAYERS = 4
@@ -27,7 +27,7 @@ def settled(scenario: Scenario) -> Scenario:
         from scenarios.setup.at_sea.window_choice import chosen  # only such a run pays for particles
 
         scenario = chosen(scenario)
-    return _above_the_bottom(scenario, sea_depth(scenario))
+    return _above_the_bottom(scenario, sea_of(scenario).depth or 0.0)
 
 
 def _is_settled(window: WindowTable) -> bool:

@@ -19,7 +19,8 @@ from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
 from booms.losses.undisturbed import forced_flow
 from oilsim import Fluid, FluidConfig, Phase, block
-from oilsim.forcing import AiryWaves, Zone
+from oilsim.sea import RegularWaves, SeaForcing, Zone
+from tests.seas import shallow_sea
 
 Array = NDArray[np.float64]
 
@@ -127,7 +128,8 @@ def test_a_boom_beyond_the_sea_meets_the_waves_in_it() -> None:
     """Waves that do not fit into the length of the sea."""
     with stream((0.0, 0.0)) as fluid:
         zone = Zone((0.0, 0.0, 0.0), (1.0, 3.0, 1.2), 0.5)
-        fluid.add_forcing(AiryWaves(height=0.1, period=1.3, direction=0.0, bottom=0.0, level=LEVEL, zone=zone))
+        sea = shallow_sea(LEVEL, waves=RegularWaves(height=0.1, period=1.3))
+        fluid.add_forcing(SeaForcing(sea, spacing=0.1, zones=[zone]))
         fluid.time = 2.0
         flows = [forced_flow(fluid, boom_at(way), 0.7, SEA) for way in ((0.0, 0.0), (4.0, 0.0), (-8.0, 3.0))]
     assert flows[0] is not None and np.ptp(flows[0]) > 0.01

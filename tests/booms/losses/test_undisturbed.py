@@ -19,7 +19,8 @@ from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from oilsim import Fluid, FluidConfig, Phase, block
-from oilsim.forcing import AiryWaves, Current, Zone
+from oilsim.sea import RegularWaves, SeaForcing, Zone
+from tests.seas import current_in, shallow_sea
 
 Array = NDArray[np.float64]
 
@@ -112,15 +113,17 @@ def test_forced_flow_is_the_current_and_the_orbital_velocity_of_the_waves(fluid:
     """a omega cosh(k (h + z)) / sinh(k h) cos(k s - omega t) along the waves' heading, z below the still water; none without a forcing."""
     height, period, direction, depth, time = 0.1, 1.3, 0.7, LEVEL, 2.1
     assert forced_flow(fluid, straight(0.4), LEVEL - 0.1, OPEN) is None
-    fluid.add_forcing(Current((0.3, -0.2, 0.0), ZONE))
-    fluid.add_forcing(AiryWaves(height=height, period=period, direction=direction, bottom=0.0, level=LEVEL, zone=ZONE))
+    waves = RegularWaves(height=height, period=period, direction=direction, stretching="none")
+    fluid.add_forcing(SeaForcing(shallow_sea(LEVEL, current=(0.3, -0.2), waves=waves), spacing=SPACING, zones=[ZONE]))
     fluid.time = time
     omega = 2.0 * math.pi / period
     k = brentq(lambda k: 9.81 * k * math.tanh(k * depth) - omega**2, 1e-3, 100.0)
     to = np.array([math.cos(direction), math.sin(direction)])
     for below in (0.1, 0.4):
         size = 0.5 * height * omega * math.cosh(k * (depth - below)) / math.sinh(k * depth)
-        along = size * np.cos(k * (middles(0.4) @ to) - omega * time)
+        along = size * np.cos(
+            k * ((middles(0.4) - time * np.array([0.3, -0.2])) @ to) - omega * time
+        )  # the current carries them
         found = forced_flow(fluid, straight(0.4), LEVEL - below, OPEN)
         assert found is not None
         np.testing.assert_allclose(found, np.array([0.3, -0.2]) + np.outer(along, to), atol=1e-4)
@@ -165,7 +168,7 @@ def test_speed_and_draft_follow_in_the_time_that_water_takes_to_pass_the_draft(f
     """They close the gap as exp(-t U / d), with the faster of the new and the old speed; the draft ends at what the risen boom has."""
     fast, rise = 0.9, 0.05
     fluid.add_particles(block((0.0, 0.0, 0.0), (3.0, 3.0, LEVEL), SPACING), phase="water")
-    stream = Current((fast, 0.4, 0.0), ZONE)  # the part along the boom does not count
+    stream = current_in(ZONE, (fast, 0.4), LEVEL)  # the part along the boom does not count
     fluid.add_forcing(stream)
     (closures, tracker), state = looker(), straight(rise=rise)
     for look in range(4):
@@ -174,7 +177,7 @@ def test_speed_and_draft_follow_in_the_time_that_water_takes_to_pass_the_draft(f
         saved = closures.save_state()
         np.testing.assert_allclose(saved["speed"], fast * (1.0 - left), rtol=1e-6, atol=1e-12)
         np.testing.assert_allclose(saved["draft"], DRAFT - rise * (1.0 - left), rtol=1e-6)
-    stream.velocity = (-fast, 0.0, 0.0)  # away from the boom: no speed against it
+    stream.sea = shallow_sea(LEVEL, current=(-fast, 0.0))  # away from the boom: no speed against it
     before = saved["speed"][0]
     closures.act(4 * INTERVAL, fluid, tracker, state, LEVEL)
     np.testing.assert_allclose(closures.save_state()["speed"], before * math.exp(-INTERVAL * before / DRAFT), rtol=1e-6)

@@ -9,8 +9,9 @@ import pytest
 
 from oilsim import BoundaryParticles, Phase, PipeEmitter, block, tank_walls
 from oilsim.accounts.ledger import CAUSES
-from oilsim.forcing import Wind
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, normalisation
+from oilsim.sea import KaimalGusts, SeaForcing, WindDrift
+from tests.seas import shallow_sea
 
 OILY = (
     Phase(name="water", rest_density=1000.0),
@@ -44,7 +45,11 @@ def everything(make_fluid, scheme="split"):
     fluid.add_emitter(
         PipeEmitter(phase="oil", mouth=(0.2, 0.2, 1.2), direction=(0, 0, -1), radius=0.1, speed=0.5, spacing=0.1)
     )
-    fluid.add_forcing(Wind(speed=8.0, direction=0.3, spacing=0.1, seed=5, gustiness=0.3))
+    fluid.add_forcing(
+        SeaForcing(
+            shallow_sea(0.6, wind=(7.6, 2.4), gusts=KaimalGusts(intensity=0.3, seed=5), drift=WindDrift()), spacing=0.1
+        )
+    )
     handle = fluid.add_boundary(solid_cube(no_slip=True))
     fluid.set_boundary_motion(handle, (0.7, 0.7, 1.2), (0, 0, 0, 1), (0.0, 0.0, -1.0), (0.0, 0.5, 0.0))
     return fluid

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from oilsim import BoundaryParticles, FluidConfig, Phase, PipeEmitter, solid_box
-from oilsim.forcing import AiryWaves, Current, Wind, Zone
 
 NAN = float("nan")
 POSE = {"position": (1, 1, 1), "orientation": (0, 0, 0, 1), "linear_velocity": (0, 0, 0), "angular_velocity": (0, 0, 0)}
@@ -128,31 +127,6 @@ def test_pipes_that_are_none_are_refused(terms):
         pipe(**terms)
 
 
-def test_forcings_that_cannot_be_are_refused():
-    for time in (0.0, -1.0):
-        with pytest.raises(ValueError, match=rf"zone: relaxation_time is {time}, allowed: above 0 s"):
-            Zone((0, 0, 0), (1, 1, 1), time)
-    with pytest.raises(
-        ValueError, match=r"zone: lower is \(1, 0, 0\) m, allowed: below upper = \(0, 1, 1\) m along every axis"
-    ):
-        Zone((1, 0, 0), (0, 1, 1), 1.0)
-    with pytest.raises(ValueError, match=r"wind: gust_time is 0\.0, allowed: above 0 s"):
-        Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, gustiness=0.2, gust_time=0.0)
-    with pytest.raises(ValueError, match=r"wind: drag_coefficient is nan, allowed: 0 or more"):
-        Wind(speed=5.0, direction=0.0, spacing=0.1, seed=1, drag_coefficient=NAN)
-    zone = Zone((0, 0, 0), (1, 1, 1), 0.1)
-    for velocity in ((NAN, 0, 0), (1.0,)):
-        with pytest.raises(ValueError, match=r"current: velocity is .* m/s, allowed: three finite numbers"):
-            Current(velocity, zone)
-    with pytest.raises(ValueError, match=r"zone: lower is \(0, 0\), .* allowed: three numbers each"):
-        Zone((0, 0), (1, 1), 0.1)
-    for terms in ({"height": np.inf}, {"direction": NAN}, {"gravity": 0.0}, {"drift": (0.1,)}):
-        with pytest.raises(ValueError, match=f"waves: {next(iter(terms))} is .*, allowed: "):
-            AiryWaves(
-                **({"height": 0.1, "period": 1.0, "direction": 0.0, "bottom": 0.0, "level": 1.0, "zone": zone} | terms)
-            )
-
-
 def test_surfaces_have_handles_of_their_own(make_fluid):
     fluid, dot = make_fluid(), {"position": np.zeros((1, 3)), "volume": np.ones(1), "area": np.ones(1)}
     first = BoundaryParticles(name="first", **dot)
@@ -190,9 +164,6 @@ def test_nothing_leaves_the_plane(make_fluid):
         with pytest.raises(ValueError, match=r"twist of boundary 0 leads out of the plane by 0\.1 m/s"):
             fluid.set_boundary_motion(handle, **(POSE | twist))
     fluid.set_boundary_motion(handle, **(POSE | {"linear_velocity": (1, 1e-12, 1), "angular_velocity": (0, 1, 1e-12)}))
-    fluid.add_forcing(Current((0.0, 0.3, 0.0), Zone((0, -1, 0), (2, 1, 2), 0.1)))
-    with pytest.raises(ValueError, match="Current moves liquid along y, allowed: x and z in two dimensions"):
-        fluid.advance(0.01)
 
 
 def test_states_of_another_fluid_are_refused(make_fluid):

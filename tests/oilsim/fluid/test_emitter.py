@@ -103,3 +103,43 @@ def test_a_pipe_under_water_gives_no_momentum_to_the_water_around(make_fluid) ->
         poured += fluid.advance(0.02).emitted.get("oil", 0)
     given = budget.total.parts["emitters"].momentum[0] / (poured * 0.1**3 * 1000.0 * SPEED)
     assert 1.0 < given < 5.0
+
+
+def test_pipe_pours_its_volume(make_fluid):
+    fluid = make_fluid(particle_spacing=0.05, gravity=(0, 0, 0))
+    pipe = PipeEmitter(
+        phase="water", mouth=(0.5, 1, 1), direction=(1, 0, 0), radius=0.1, speed=0.5, spacing=0.05, volume=0.02
+    )
+    fluid.add_emitter(pipe)
+    emitted = [fluid.advance(0.05).emitted.get("water", 0) for _ in range(40)]
+    layer = len(block((-0.1, -0.1, 0), (0.1, 0.1, 0.05), 0.05)) - 4  # the corners lie outside the circle
+    # a layer a spacing travelled: 0.5 m/s for 0.5 s are 5 layers
+    assert sum(emitted[:10]) == pytest.approx(5 * layer, abs=layer)
+    assert sum(emitted) == round(0.02 / 0.05**3)
+    assert fluid.phase_velocities("water")[:, 0].mean() == pytest.approx(0.5, rel=0.02)
+
+
+def test_impossible_pipe_is_refused():
+    with pytest.raises(
+        ValueError, match=r"pipe: radius is 0\.01 m, allowed: 0\.05 m or more, half the particle spacing"
+    ):
+        PipeEmitter(phase="oil", mouth=(0, 0, 0), direction=(0, 0, 1), radius=0.01, speed=1.0, spacing=0.1)
+
+
+@pytest.mark.parametrize("radius", [0.1, 0.25])
+def test_a_pipe_is_as_wide_as_its_radius(radius: float) -> None:
+    pipe = PipeEmitter(
+        phase="oil", mouth=(1.0, 1.0, 1.0), direction=(1.0, 0.0, 0.0), radius=radius, speed=1.0, spacing=0.05
+    )
+    layer = pipe.emit(0.0, 1e-9)
+    assert np.hypot(*(layer - (0.0, 1.0, 1.0)).T[1:]).max() <= radius
+    assert len(layer) * 0.05**2 == pytest.approx(np.pi * radius**2, rel=0.15)
+    ids, within = (
+        np.array([1, 2], np.uint32),
+        np.array([radius + 0.04, radius + 0.06]),
+    )  # a spacing further it holds what swells
+    position = np.array([[0.95, 0.95], [1.0, 1.0], 1.0 + within], np.float32)
+    velocity = np.zeros((3, 2), np.float32)
+    pipe.fill(ids)
+    pipe.hold(0.0, ids, position, velocity)
+    np.testing.assert_array_equal(velocity[0], [1.0, 0.0])

@@ -7,8 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from oilsim import FluidError, Phase, PipeEmitter, block, solid_box, tank_walls
-from oilsim.forcing import Wind
+from oilsim.sea import KaimalGusts, SeaForcing, WindDrift
 from oilsim.step.stages.pressure import minority_phases
+from tests.seas import shallow_sea
 
 OILY = (
     Phase(name="water", rest_density=1000.0),
@@ -24,7 +25,11 @@ def small_tank(make_fluid, threads=1, **options):
     fluid.add_emitter(
         PipeEmitter(phase="oil", mouth=(0.2, 0.2, 1.2), direction=(0, 0, -1), radius=0.1, speed=0.5, spacing=0.1)
     )
-    fluid.add_forcing(Wind(speed=8.0, direction=0.3, spacing=0.1, seed=5, gustiness=0.3))
+    fluid.add_forcing(
+        SeaForcing(
+            shallow_sea(0.6, wind=(7.6, 2.4), gusts=KaimalGusts(intensity=0.3, seed=5), drift=WindDrift()), spacing=0.1
+        )
+    )
     return fluid
 
 

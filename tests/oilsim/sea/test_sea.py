@@ -18,7 +18,6 @@ from oilsim.sea import (
     SeaDescription,
     SteadyFlow,
     TidalFlow,
-    Turbulence,
     WindDrift,
     WindField,
 )  # fmt: skip
@@ -33,7 +32,6 @@ def whole_sea(seed=1):
         current=CurrentProfile(flow=TidalFlow(speed=0.6, turn=100.0), shear_exponent=1 / 7),
         wind=WindField(flow=SteadyFlow(speed=8.0, direction=0.3), gusts=KaimalGusts(seed=seed)),
         langmuir=LangmuirCells(seed=seed),
-        turbulence=Turbulence(seed=seed),
     )
 
 
@@ -150,7 +148,7 @@ WAVE = {"height": 0.2, "period": 3.0}
         ),
         (lambda: WindDrift(layer=0.0), r"layer is 0.0, allowed: above 0"),
         (lambda: LangmuirCells(spacing=0.0), r"spacing is 0.0, allowed: above 0 m"),
-        (lambda: Turbulence(diffusivity=-1.0), r"diffusivity is -1.0, allowed: 0 or more m2/s"),
+        (lambda: SeaDescription(depth=1.0, diffusivity=-1.0), r"diffusivity is -1.0, allowed: 0 or more m2/s"),
     ],
 )
 def test_impossible_descriptions_are_refused(make, text):

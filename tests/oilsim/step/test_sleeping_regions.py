@@ -7,10 +7,11 @@ import pytest
 from scipy.spatial import cKDTree
 
 from oilsim import Fluid, FluidConfig, PipeEmitter, block, tank_walls
-from oilsim.forcing import Current, Zone
+from oilsim.sea import Zone
 from oilsim.step.arrays import NeighborSums
 from oilsim.step.sleeping_regions import with_surroundings
 from tests.oilsim.conftest import WATER, search
+from tests.seas import current_in
 
 SPACING, DEPTH, LENGTH, GRAVITY = 0.025, 0.25, 4.0, 9.81
 SLEEP_SPEED = 0.02  # m/s; sqrt(g d) is 0.5
@@ -167,7 +168,7 @@ def test_water_wakes_when_a_wall_is_taken_away():
 
 
 def test_what_is_driven_does_not_sleep(sleeping):
-    sleeping.add_forcing(Current((0.3, 0.0, 0.0), Zone((0, -1, 0), (0.5, 1, 1), 0.5)))
+    sleeping.add_forcing(current_in(Zone((0, -1, 0), (0.5, 1, 1)), (0.3, 0.0)))
     sleeping.advance(0.01)
     assert sleeping.state.asleep == 0
 

@@ -56,7 +56,7 @@ def test_each_engine_that_has_stopped_is_shown(engine: str, words: str) -> None:
 )
 def test_new_waves_run_with_the_wind(wind: dict[str, float] | None, direction: float) -> None:
     weather = {"current": None, "wind": wind, "waves": None}
-    (order,) = called("orders.js", "waves", "sea", weather, 0.5)
+    (order,) = called("orders.js", "waves", weather, 0.5)
     text = small_tow(duration=9.0, communication_step=0.1, frame_rate=10)
     plan = Plan(scenario=scenario_from(tomllib.loads(text))).ordered([order], 0)
     sea = plan.scenario_at(0).sea
@@ -69,8 +69,8 @@ def test_waves_that_are_there_only_get_another_height() -> None:
         "wind": {"speed": 8.0, "direction": 3.0},
         "waves": {"key": "significant_height", "height": 1.0, "period": 5.0, "direction": 0.0},
     }
-    assert called("orders.js", "waves", "sea", weather, 0.5) == ["sea.waves.significant_height=0.5"]
+    assert called("orders.js", "waves", weather, 0.5) == ["sea.waves.significant_height=0.5"]
     weather["waves"] = None
-    assert called("orders.js", "waves", "forcing", weather, 0.5) == [
-        "forcing.waves={height=0.5,period=3.5,direction=3}"
+    assert called("orders.js", "waves", weather, 0.5) == [
+        'sea.waves={kind="regular",height=0.5,period=3.5,direction=3}'
     ]

@@ -17,10 +17,10 @@ EAST = 0.5 * math.pi
     [
         ("orders tow.speed=0.36", "tow at 0.70 kn"),
         ("orders tow.speed_kn=0.5 tow.heading_deg=90", "tow at 0.50 kn; tow heading 000"),
-        ("orders forcing.wind.speed_kn=20 forcing.wind.from_compass=225", "wind 20 kn; wind from 225"),
-        ("orders forcing.wind.direction=0", "wind from 270"),
-        ("orders forcing.current.toward_compass=10", "current towards 010"),
-        ("orders forcing.waves.height=0.5 emitters.leak.speed=0", "waves 0.5 m high; pipe leak shut"),
+        ("orders sea.wind.speed_kn=20 sea.wind.from_compass=225", "wind 20 kn; wind from 225"),
+        ("orders sea.wind.direction=0", "wind from 270"),
+        ("orders sea.current.toward_compass=10", "current towards 010"),
+        ("orders sea.waves.height=0.5 emitters.leak.speed=0", "waves 0.5 m high; pipe leak shut"),
         ("orders vessels.port.legs=[]", "a new course for port"),
         (
             "orders vessels.port.hauled=1.5 vessels.tug.hauled=-2",

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from oilsim.forcing import AiryWaves, Current, Wind
 from recordings import Replay
 from scenarios.cli import main
 from scenarios.load import scenario_from
@@ -43,19 +42,12 @@ class Input:
     assign: Callable[[Assembly, float], None] | None = None
 
 
-def forcing(kind: type, name: str) -> Callable[[Assembly, float], None]:
-    def assign(assembly: Assembly, value: float) -> None:
-        setattr(next(one for one in assembly.fluid.forcings if isinstance(one, kind)), name, value)
-
-    return assign
+def signaled(kind: str, direction: bool = False) -> Callable[[Assembly, float], None]:
+    return lambda assembly, value: assembly.sea.signal(kind, *((1.0, value) if direction else (value, 0.0)))
 
 
 def ordered(vessel: str, order: str) -> Callable[[Assembly, float], None]:
     return lambda assembly, value: assembly.parts.controls[vessel].set(f"{vessel}.{order}", np.array(value))
-
-
-def current_speed(assembly: Assembly, value: float) -> None:
-    next(one for one in assembly.fluid.forcings if isinstance(one, Current)).velocity = (value, 0.0, 0.0)
 
 
 def pipe_speed(assembly: Assembly, value: float) -> None:
@@ -66,15 +58,17 @@ NEVER = (math.nan, math.inf, 2e12)
 ANY_PUSH = "allowed: finite, in N"
 INPUTS = {
     "wind": Input(
-        "allowed: 0 or more and at most 100 m/s", (-1.0, 5e4), "forcing.wind.speed", "forcing.wind.speed", forcing(Wind, "speed")
+        "allowed: 0 or more and at most 100 m/s", (-1.0, 5e4), "sea.wind.speed", "sea.wind.speed", signaled("wind")
     ),
     "wind direction": Input(
-        "allowed: finite, in rad", (), "forcing.wind.direction", "forcing.wind.direction", forcing(Wind, "direction")
+        "allowed: finite, in rad", (), "sea.wind.direction", "sea.wind.direction", signaled("wind", direction=True)
     ),
-    "gustiness": Input("allowed: 0 or more and at most 1", (-0.1, 1.5), "forcing.wind.gustiness", "", forcing(Wind, "gustiness")),
-    "waves": Input("allowed: 0 or more m", (-0.1,), "forcing.waves.height", "", forcing(AiryWaves, "height")),
-    "current": Input("allowed: 0 or more and at most 20 m/s", (21.0,), "forcing.current.speed", "forcing.current.speed", current_speed),
-    "current direction": Input("allowed: finite, in rad", (), "forcing.current.direction", "forcing.current.direction"),
+    "gusts": Input("allowed: 0 or more and at most 0.5", (-0.1, 0.6), "sea.wind.gust_intensity"),
+    "waves": Input("allowed: 0 or more m", (-0.1,), "sea.waves.height"),
+    "current": Input("allowed: 0 or more and at most 100 m/s", (101.0,), "sea.current.speed", "sea.current.speed", signaled("current")),
+    "current direction": Input(
+        "allowed: finite, in rad", (), "sea.current.direction", "sea.current.direction", signaled("current", direction=True)
+    ),
     "pipe": Input("allowed: 0 or more m/s", (-0.1,), "emitters.pipe.speed", "", pipe_speed),
     "tow": Input("allowed: 0 or more and at most 20 m/s", (-0.5, 21.0), "tow.speed", "tow.speed"),
     "tow heading": Input("allowed: finite, in rad", (), "tow.heading", "tow.heading", ordered("follower", "heading_order")),
@@ -143,15 +137,13 @@ def test_every_input_of_a_run_is_in_the_table(scenario: Scenario) -> None:
     assert inputs == {one.signal for one in INPUTS.values() if one.signal}
 
 
-@pytest.mark.parametrize(("kind", "change"), [(Wind, {"speed": 5e4}), (Wind, {"direction": math.nan}), (AiryWaves, {"height": -0.1}),
-                                              (AiryWaves, {"drift": (math.inf, 0.0)}), (Current, {"velocity": (21.0, 0.0, 0.0)}),
-                                              (Current, {"velocity": (0.0, "fast", 0.0)})])  # fmt: skip
-def test_a_saved_sea_has_the_same_limits(kind: type, change: dict[str, Any], assembly: Assembly) -> None:
-    force = next(one for one in assembly.fluid.forcings if isinstance(one, kind))
-    saved = force.save()
+@pytest.mark.parametrize("flow", [(5e4, 0.0), (1.0, math.nan), (-0.1, 0.0)])
+@pytest.mark.parametrize("kind", ["wind", "current"])
+def test_a_saved_sea_has_the_same_limits(kind: str, flow: tuple[float, float], assembly: Assembly) -> None:
+    saved = assembly.sea.save_state()
     with pytest.raises(ValueError, match="allowed: "):
-        force.restore(saved | change)
-    force.restore(saved)
+        assembly.sea.restore_state({"signaled": {kind: flow}})
+    assembly.sea.restore_state(saved)
 
 
 @pytest.mark.parametrize("vessel", ["legged", "pushed"])
@@ -159,18 +151,12 @@ def test_a_saved_helmsman_has_the_same_limits(vessel: str, assembly: Assembly) -
     control = assembly.parts.controls[vessel]
     saved: Any = control.save_state()
     control.restore_state(saved)
-    values = saved[1] if isinstance(saved, tuple) else saved
-    for name, wrong in (
-        (f"{vessel}.wind", np.full(3, 101.0)),
-        (f"{vessel}.wind", np.zeros(2)),
-        (next(iter(values)), np.array("x")),
-    ):
-        forged = {**values, name: wrong}
+    for name, wrong in ((f"{vessel}.pose", np.zeros(2)), (next(iter(saved["values"])), np.array("x"))):
         with pytest.raises(ValueError):
-            control.restore_state((saved[0], forged) if isinstance(saved, tuple) else forged)
-    if isinstance(saved, tuple):
+            control.restore_state({**saved, "values": {**saved["values"], name: wrong}})
+    if "state" in saved:
         with pytest.raises(ValueError, match="speed_order is 21"):
-            control.restore_state((saved[0] | {"speed_order": 21.0}, values))
+            control.restore_state({**saved, "state": {**saved["state"], "speed_order": 21.0}})
 
 
 @pytest.mark.parametrize(
@@ -184,12 +170,12 @@ def test_an_fmu_cannot_drive_a_wind_that_a_file_cannot_have(
     monkeypatch.chdir(tmp_path)
     squall = Path(__file__).parents[3] / "docs" / "fmus" / "squall.py"
     assert main(["build-fmu", str(squall), "-o", "squall.fmu"]) == 0
-    fmu = f'\n[fmus.squall]\nfile = "squall.fmu"\nstart = {{ {start} }}\noutputs = {{ speed = "forcing.wind.speed" }}\n'
+    fmu = f'\n[fmus.squall]\nfile = "squall.fmu"\nstart = {{ {start} }}\noutputs = {{ speed = "sea.wind.speed" }}\n'
     (tmp_path / "storm.toml").write_text(TEXT + fmu)
     capsys.readouterr()
     assert main(["run", "storm.toml", "--record", "storm.rrd"]) == 1
     said = " ".join(capsys.readouterr().err.split())
-    for part in ("forcing.wind.speed", value, "fmus.squall:speed", "failed at 0", "0 or more and at most 100 m/s"):
+    for part in ("sea.wind.speed", value, "fmus.squall:speed", "failed at 0", "0 or more and at most 100 m/s"):
         assert part in said, said
     assert "Traceback" not in said
     recording = Replay(tmp_path / "storm.rrd")

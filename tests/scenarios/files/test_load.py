@@ -80,10 +80,10 @@ def test_contact_angles_need_interfaces_that_pull() -> None:
 def test_air_needs_tension_a_closed_tank_and_no_sky() -> None:
     air = '[phases.air]\nrole = "air"\ndensity = 10.0\ndynamic_viscosity = 1e-3\n'
     opened = {"upper = [1.0, 1.0, 1.0]": 'upper = [1.0, 1.0, 1.0]\nopen = ["+z"]'}
-    assert problems_of(air + "[forcing.wind]\nspeed = 3.0\ndirection = 0.0", instead=opened) == {
+    assert problems_of(air + "[sea.wind]\nspeed = 3.0\ndirection = 0.0", instead=opened) == {
         "fluid.interfacial_tension": "is false, allowed with the air 'air': true",
         "tank.open": "has +z, allowed with the air 'air': no side",
-        "forcing": "has entries, allowed with the air 'air': none, as they need water under an open sky",
+        "sea": "has entries, allowed with the air 'air': none, as they need water under an open sky",
     }
     found = problems_of(air.replace("density = 10.0", 'oil = "brent"'))
     assert found["phases.air.role"] == 'is "air", allowed of an oil: "oil" or "water"'
@@ -92,16 +92,16 @@ def test_air_needs_tension_a_closed_tank_and_no_sky() -> None:
 def test_two_dimensions_have_no_y() -> None:
     plane = {"particle_spacing = 0.1": "particle_spacing = 0.1\ndimension = 2\ngravity = [0.0, 1.0, -9.81]"}
     moving = {"top = 0.3": "top = 0.3\nvelocity = [1.0, 0.5, 0.0]"}
-    found = problems_of("[forcing.wind]\nspeed = 3.0\ndirection_deg = 90.0", instead=plane | moving)
+    found = problems_of("[sea.wind]\nspeed = 3.0\ndirection_deg = 90.0", instead=plane | moving)
     assert found["fluid.gravity"] == "has y = 1, allowed: 0 with fluid.dimension = 2"
     assert found["fill.sea.velocity"] == "has y = 0.5, allowed: 0 with fluid.dimension = 2"
-    assert "is 1.5708 rad, allowed: 0 or pi" in found["forcing.wind.direction"]
+    assert "is 1.5708 rad, allowed: 0 or pi" in found["sea.wind.direction"]
 
 
 def test_waves_need_gravity() -> None:
     weightless = {"particle_spacing = 0.1": "particle_spacing = 0.1\ngravity = [0, 0, 0]"}
-    found = problems_of("[forcing.waves]\nheight = 0.1\nperiod = 1.0", instead=weightless)
-    assert found == {"forcing.waves": "is given, allowed: only with fluid.gravity, by which waves run"}
+    found = problems_of("[sea.waves]\nheight = 0.1\nperiod = 1.0", instead=weightless)
+    assert found == {"sea.waves": "is given, allowed: only with fluid.gravity, by which waves run"}
 
 
 def test_numbers_that_no_machine_holds_are_refused() -> None:
@@ -216,9 +216,9 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
             "emitters.e.direction",
             "not all zero",
         ),
-        ("[forcing.wind]\nspeed_kn = 300", "forcing.wind.speed_kn", "is 300, allowed: 0 or more and at most 194.3 kn"),
-        ("[forcing.wind]\nspeed_kn = 3\nspeed = 1", "forcing.wind.speed_kn", "is given beside speed"),
-        ("[forcing.waves]\nheight = 0.1\nperiod = 1.0\nlower = [0.0, 0.0, 0.0]", "forcing.waves.upper", "is missing"),
+        ("[sea.wind]\nspeed_kn = 300", "sea.wind.speed_kn", "is 300, allowed: 0 or more and at most 194.3 kn"),
+        ("[sea.wind]\nspeed_kn = 3\nspeed = 1", "sea.wind.speed_kn", "is given beside speed"),
+        ("[tank.zones.maker]\nlower = [0.0, 0.0, 0.0]", "tank.zones.maker.upper", "is missing"),
         ('[booms.b]\nends = ["port"]\nlength = 1.0\nskirt_depth = 0.1\nfreeboard = 0.1', "booms.b.ends", "a list of 2 entries, each"),
         ('[booms.b]\nends = ["tug", [0.5, 0.5]]\nlength = 1.0\nskirt_depth = 0.1\nfreeboard = 0.1', "booms.b.ends", "is no vessel"),
         (
@@ -253,7 +253,7 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
             "not all zero",
         ),
         ("[site]\nlatitude = 58.9\nlongitude = 5.6\nbearing_deg = 700", "site.bearing_deg", "is 700, allowed: -360 or more and at most"),
-        ("[forcing.waves]\nheight = 0.1\nperiod = 1.0\nlevel = -1.0", "forcing.waves.level", "above the tank's floor, 0 m"),
+        ("[sea]\nlevel = -1.0", "sea.level", "the tank's floor, 0 m, or above"),
         ("[demo]\nfluid.particle_spacing = -1.0", "", ""),
     ],
 )  # fmt: skip
@@ -293,20 +293,20 @@ def test_all_mistakes_are_reported_at_once() -> None:
 
 def test_suffixes_convert_to_si() -> None:
     """1 kn = 1852 / 3600 m/s, 180 deg = pi rad."""
-    scenario = scenario_from(tomllib.loads(SMALL + "[forcing.wind]\nspeed_kn = 10\ndirection_deg = 180"))
-    assert scenario.forcing.wind is not None
-    assert scenario.forcing.wind.speed == pytest.approx(18520.0 / 3600.0, rel=1e-12)
-    assert scenario.forcing.wind.direction == pytest.approx(math.pi, rel=1e-12)
+    scenario = scenario_from(tomllib.loads(SMALL + "[sea.wind]\nspeed_kn = 10\ndirection_deg = 180"))
+    assert scenario.sea.wind is not None
+    assert scenario.sea.wind.speed == pytest.approx(18520.0 / 3600.0, rel=1e-12)
+    assert scenario.sea.wind.direction == pytest.approx(math.pi, rel=1e-12)
 
 
 BREEZE = """
 [tow]
 speed_kn = 0.5
 heading_compass = 45
-[forcing.wind]
+[sea.wind]
 speed_kn = 20
 from_compass = 270
-[forcing.current]
+[sea.current]
 speed_kn = 0.3
 toward_compass = 180
 """
@@ -314,19 +314,19 @@ toward_compass = 180
 
 def test_sailors_give_compass_courses_and_winds_by_where_they_come_from(tmp_path: Path) -> None:
     scenario = scenario_from(tomllib.loads(SMALL + BREEZE))
-    assert scenario.tow is not None and scenario.forcing.wind is not None and scenario.forcing.current is not None
+    assert scenario.tow is not None and scenario.sea.wind is not None and scenario.sea.current is not None
     assert math.degrees(scenario.tow.heading) == pytest.approx(45.0)  # north-east, between +x and +y
-    assert math.degrees(scenario.forcing.wind.direction) == pytest.approx(0.0)  # a west wind blows to the east
-    assert math.degrees(scenario.forcing.current.direction) == pytest.approx(-90.0)
+    assert math.degrees(scenario.sea.wind.direction) == pytest.approx(0.0)  # a west wind blows to the east
+    assert math.degrees(scenario.sea.current.direction) == pytest.approx(-90.0)
     turned = SMALL + BREEZE + "[site]\nlatitude = 58\nlongitude = 5\nbearing_deg = 0\n"  # x is north, y west
     scenario = scenario_from(tomllib.loads(turned))
-    assert scenario.tow is not None and scenario.forcing.wind is not None
+    assert scenario.tow is not None and scenario.sea.wind is not None
     assert math.degrees(scenario.tow.heading) == pytest.approx(-45.0)
-    assert math.degrees(scenario.forcing.wind.direction) == pytest.approx(-90.0)
+    assert math.degrees(scenario.sea.wind.direction) == pytest.approx(-90.0)
     file = tmp_path / "breeze.toml"
     file.write_text(SMALL + BREEZE)
-    for order in ("forcing.wind.direction_deg=90", "forcing.wind.from_compass=180"):
-        wind = load_scenario(file, overrides=[order]).scenario.forcing.wind
+    for order in ("sea.wind.direction_deg=90", "sea.wind.from_compass=180"):
+        wind = load_scenario(file, overrides=[order]).scenario.sea.wind
         assert wind is not None and math.degrees(wind.direction) == pytest.approx(90.0)
 
 
@@ -347,28 +347,26 @@ def test_the_sea_takes_compass_courses_too() -> None:
 @pytest.mark.parametrize(
     ("wind", "path", "text"),
     [
-        ("from_compass = 400", "forcing.wind.from_compass", "is 400, allowed: a number, 0 to 360 degrees"),
-        ("from_compass = 'west'", "forcing.wind.from_compass", "is 'west', allowed: a number"),
-        ("from_compass = 10\ndirection_deg = 3", "forcing.wind.from_compass", "is given beside direction_deg"),
-        ("toward_compass = 10", "forcing.wind.toward_compass", "is unknown"),
+        ("from_compass = 400", "sea.wind.from_compass", "is 400, allowed: a number, 0 to 360 degrees"),
+        ("from_compass = 'west'", "sea.wind.from_compass", "is 'west', allowed: a number"),
+        ("from_compass = 10\ndirection_deg = 3", "sea.wind.from_compass", "is given beside direction_deg"),
+        ("toward_compass = 10", "sea.wind.toward_compass", "is unknown"),
     ],
 )
 def test_wrong_compass_courses_are_refused(wind: str, path: str, text: str) -> None:
-    found = problems_of(f"[forcing.wind]\nspeed = 5\n{wind}\n[tow]\nspeed = 0.2\nheading_compass = -1\n")
+    found = problems_of(f"[sea.wind]\nspeed = 5\n{wind}\n[tow]\nspeed = 0.2\nheading_compass = -1\n")
     assert text in found[path]
     assert set(found) == {path, "tow.heading_compass"}
 
 
 def test_an_unknown_key_is_answered_with_all_ways_to_give_a_course_or_a_speed() -> None:
-    found = problems_of(
-        "[tow]\nspeed_knots = 1\nheading_compas = 90\n[forcing.current]\nspeed = 0.1\nfrom_compass = 90\n"
-    )
+    found = problems_of("[tow]\nspeed_knots = 1\nheading_compas = 90\n[sea.current]\nspeed = 0.1\nfrom_compass = 90\n")
     assert (
         "did you mean 'heading_compass'? allowed: speed or speed_kn, heading or heading_deg or heading_compass, start"
         in found["tow.heading_compas"]
     )
     assert "did you mean 'speed_kn'?" in found["tow.speed_knots"]
-    assert "direction or direction_deg or toward_compass" in found["forcing.current.from_compass"]
+    assert "direction or direction_deg or toward_compass" in found["sea.current.from_compass"]
 
 
 def sections_at(kind: Any, place: Sequence[str]) -> Iterator[type[Section]]:
@@ -401,7 +399,7 @@ def test_overrides_reach_tables_lists_and_new_entries(tmp_path: Path) -> None:
             "phases.oil.dynamic_viscosity=0.1",
             "tank.upper.2=2",
             "fluid.scheme=paper",
-            "forcing.wind.speed_kn=2",
+            "sea.wind.speed_kn=2",
             "fluid.gravity=[0, 0, -1.62]",
         ],
     ).scenario
@@ -410,19 +408,19 @@ def test_overrides_reach_tables_lists_and_new_entries(tmp_path: Path) -> None:
     assert scenario.tank.upper == (1.0, 1.0, 2.0)
     assert scenario.fluid.scheme == "paper"
     assert scenario.fluid.gravity == (0.0, 0.0, -1.62)
-    assert scenario.forcing.wind is not None
+    assert scenario.sea.wind is not None
 
 
 def test_override_replaces_the_other_spellings(tmp_path: Path) -> None:
     file = tmp_path / "small.toml"
     file.write_text(
-        SMALL + "[forcing.current]\nspeed = 0.1\n[bodies.b]\nshape='sphere'\nradius=0.1\nposition=[0,0,0]\nmass=1.0\n"
+        SMALL + "[sea.current]\nspeed = 0.1\n[bodies.b]\nshape='sphere'\nradius=0.1\nposition=[0,0,0]\nmass=1.0\n"
     )
     scenario = load_scenario(
-        file, overrides=["forcing.current.speed_kn=1", "phases.water.oil=maya", "bodies.b.density=500"]
+        file, overrides=["sea.current.speed_kn=1", "phases.water.oil=maya", "bodies.b.density=500"]
     ).scenario
-    assert scenario.forcing.current is not None
-    assert scenario.forcing.current.speed == pytest.approx(1852.0 / 3600.0)
+    assert scenario.sea.current is not None
+    assert scenario.sea.current.speed == pytest.approx(1852.0 / 3600.0)
     assert scenario.phases["water"].rest_density == 926.0
     assert scenario.bodies["b"].mass is None
 
@@ -499,3 +497,28 @@ def test_shipped_scenarios_are_sound(name: str, demo: bool) -> None:
     scenario = load_scenario(name, demo=demo).scenario
     assert scenario.name == name
     assert scenario.title
+
+
+def test_keys_that_have_moved_are_told_where_to() -> None:
+    """In a file, in --set, and for every key of a table."""
+    old = """
+[forcing.wind]
+speed = 3.0
+gustiness = 0.2
+drag_coefficient = 1e-3
+[forcing.waves]
+height = 0.1
+lower = [0.0, 0.0, 0.0]
+[sea.turbulence]
+stretch = true
+"""
+    assert problems_of(old) == {
+        "forcing.wind.speed": "is now sea.wind.speed",
+        "forcing.wind.gustiness": "is now sea.wind.gust_intensity",
+        "forcing.wind.drag_coefficient": "is no more, allowed: without it",
+        "forcing.waves.height": "is now sea.waves.height",
+        "forcing.waves.lower": "is now tank.zones.NAME.lower",
+        "sea.turbulence.stretch": "is no more, allowed: without it",
+    }
+    with pytest.raises(ScenarioError, match=r"forcing\.current\.speed is now sea\.current\.speed"):
+        load_scenario("u-sweep", overrides=["forcing.current.speed=0.2"])

@@ -36,12 +36,12 @@ STORM = (
     f"run.communication_step={STEP}",
     "fluid.maximum_time_step=0.02",
     "tow.start=0.05",
-    "forcing.wind.speed=8.0",
-    "forcing.wind.gustiness=0.4",
-    "forcing.waves.height=0.05",
-    "forcing.waves.period=1.3",
-    "forcing.waves.lower=[0.0, 0.0, 0.0]",
-    "forcing.waves.upper=[1.0, 5.0, 1.1]",
+    "sea.wind.speed=8.0",
+    "sea.wind.gust_intensity=0.4",
+    "sea.waves.height=0.05",
+    "sea.waves.period=1.3",
+    "tank.zones.maker.lower=[0.0, 0.0, 0.0]",
+    "tank.zones.maker.upper=[1.0, 5.0, 1.1]",
 )
 # boxes that lie on each other on the floor, and one that leans against them: contacts are what a rigid engine remembers
 PILE = ("floating-box", "fluid.particle_spacing=0.15", f"run.communication_step={STEP}")
@@ -156,7 +156,7 @@ def test_orders_on_the_way_are_the_same_whether_given_before_or_after_a_restart(
     The checkpoint is that of step 5, so that two steps are run again before the orders are given; and a third run goes on
     from a checkpoint of the second one, whose orders are history by then.
     """
-    orders = ("tow.speed_kn=1.5", "tow.heading_deg=20", "forcing.current.direction_deg=150", "forcing.wind.speed=3")
+    orders = ("tow.speed_kn=1.5", "tow.heading_deg=20", "sea.current.direction_deg=150", "sea.wind.speed=3")
     scenario = scenario_of(STORM, steps=12, interval=5)
     whole = run(scenario, tmp_path)
     branch = go_on(tmp_path, at=7 * STEP - 1e-3, settings=orders)
@@ -178,9 +178,9 @@ def test_a_run_that_goes_on_still_tells_its_scenario_and_all_that_was_changed(tm
     """Once by overrides at its beginning, once by a term and an order; and once more, from the second run, by another order."""
     first, second, third = (str(tmp_path / f"{name}.rrd") for name in ("first", "second", "third"))
     summary = tmp_path / "third.json"
-    begun = ["fluid.particle_spacing=0.1", "forcing.wind.speed=2.0", "run.duration=0.04", "run.threads=1"]
+    begun = ["fluid.particle_spacing=0.1", "sea.wind.speed=2.0", "run.duration=0.04", "run.threads=1"]
     assert main(["run", "two-layer", *(part for text in begun for part in ("--set", text)), "--record", first]) == 0
-    order, other = "forcing.wind.speed=5", "forcing.wind.speed=7"
+    order, other = "sea.wind.speed=5", "sea.wind.speed=7"
     assert main(["run", "--resume", first, "--set", order, "--until", "0.08", "--record", second]) == 0
     more = ["--set", other, "--until", "0.12", "--record", third, "--summary", str(summary)]
     assert main(["run", "--resume", second, *more]) == 0
@@ -252,15 +252,15 @@ def test_of_two_orders_of_one_key_the_last_rules_and_one_that_changes_nothing_is
     scenario = scenario_of(STORM, steps=4, interval=0)
     plan = Plan(scenario=scenario)
     for settings, told in (
-        (("forcing.wind.speed=3", "forcing.wind.speed=8"), ("forcing.wind.speed=8",)),
-        (("forcing.wind.speed_kn=20", "forcing.wind.speed=8"), ("forcing.wind.speed_kn=20", "forcing.wind.speed=8")),
-        (("forcing.wind.speed=8",), ("forcing.wind.speed=8",)),
+        (("sea.wind.speed=3", "sea.wind.speed=8"), ("sea.wind.speed=8",)),
+        (("sea.wind.speed_kn=20", "sea.wind.speed=8"), ("sea.wind.speed_kn=20", "sea.wind.speed=8")),
+        (("sea.wind.speed=8",), ("sea.wind.speed=8",)),
         (("vessels.port.legs=[]",), ("vessels.port.legs=[]",)),
     ):
         changed = plan.changed(settings, 2)
         assert (changed.scenario, changed.settings_due(2)) == (scenario, told)
-        assert changed.scenario_at(2).forcing == scenario.forcing
-    gale = plan.changed(("forcing.wind.speed=12",), 1).changed(("forcing.wind.speed=12",), 2)
+        assert changed.scenario_at(2).sea == scenario.sea
+    gale = plan.changed(("sea.wind.speed=12",), 1).changed(("sea.wind.speed=12",), 2)
     assert gale.scenario == scenario  # as it began, whatever was ordered since
     with pytest.raises(ScenarioError, match="cannot be changed during a run"):
         plan.changed(("fluid.particle_spacing=0.14",), 2)
@@ -268,10 +268,10 @@ def test_of_two_orders_of_one_key_the_last_rules_and_one_that_changes_nothing_is
 
 def test_a_run_goes_on_before_its_end_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Orders at its end or later would never be given, and a shorter run is over already."""
-    run(scenario_of(CALM, "forcing.wind.speed=2.0", steps=6, interval=3), tmp_path)
+    run(scenario_of(CALM, "sea.wind.speed=2.0", steps=6, interval=3), tmp_path)
     recording, order = (
         ["run", "--resume", str(tmp_path / "whole.rrd"), "--no-record"],
-        ["--set", "forcing.wind.speed=9"],
+        ["--set", "sea.wind.speed=9"],
     )
     for arguments, told in (
         (["--at", "0.12", *order], "--at is 0.12 s, allowed: before the run's end, 0.12 s"),
@@ -283,7 +283,7 @@ def test_a_run_goes_on_before_its_end_only(tmp_path: Path, capsys: pytest.Captur
         assert main([*recording, *arguments]) == 2
         assert told in capsys.readouterr().err
     assert main([*recording, "--at", "0.1", "--until", "0.12", *order]) == 0
-    assert "orders forcing.wind.speed=9" in capsys.readouterr().err
+    assert "orders sea.wind.speed=9" in capsys.readouterr().err
 
 
 def test_what_cannot_be_gone_on_with_is_one_clear_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -332,13 +332,13 @@ def test_branches_are_compared_in_a_table_and_in_one_recording(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A run is made longer from its end, under another wind; both are told apart, and what was ordered is said."""
-    windy = ("forcing.wind.speed=2.0", "probes.level.kind='wave-gauge'", "probes.level.point=[0.5, 0.5]")
+    windy = ("sea.wind.speed=2.0", "probes.level.kind='wave-gauge'", "probes.level.point=[0.5, 0.5]")
     run(scenario_of(CALM, *windy, steps=6, interval=0), tmp_path)
-    go_on(tmp_path, settings=("run.duration=0.2", "forcing.wind.speed=9"))
+    go_on(tmp_path, settings=("run.duration=0.2", "sea.wind.speed=9"))
     first, second, both = (str(tmp_path / f"{name}.rrd") for name in ("whole", "second", "both"))
     assert main(["compare", first, second, "--to", both]) == 0  # the second with the piece that it goes on from
     said = capsys.readouterr().out
     assert "from 0 s to 0.1 s, the time that both runs cover" in said
     assert "level at the end" in said
-    assert "orders forcing.wind.speed=9" in said
+    assert "orders sea.wind.speed=9" in said
     assert Path(both).is_file()

@@ -30,11 +30,10 @@ from scenarios.cli import main
 from scenarios.load import load_scenario
 from scenarios.running.assembly import build
 from scenarios.running.exercise_fmu import ExerciseParticipant
-from scenarios.signals.weather_inputs import set_current, set_wind
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "fmus" / "winch-tow.toml"
 STEP, STEPS, ORDERED = 0.02, 12, 4  # s, number, step from which the orders below are given
-ORDERS = {"vessels.tug.speed_order": 0.5, "forcing.wind.speed": 9.0, "forcing.current.direction": 0.4}
+ORDERS = {"vessels.tug.speed_order": 0.5, "sea.wind.speed": 9.0, "sea.current.direction": 0.4}
 EXTRA = """
 [phases.oil]
 oil = "alaska-north-slope"
@@ -45,11 +44,11 @@ phase = "oil"
 lower = [1.0, 0.6, 0.32]
 upper = [1.8, 1.2, 0.48]
 
-[forcing.wind]
+[sea.wind]
 speed = 4.0
-gustiness = 0.3
+gust_intensity = 0.3
 
-[forcing.current]
+[sea.current]
 speed = 0.1
 """
 
@@ -88,9 +87,8 @@ def own_run(folder: Path) -> dict[str, float]:
     for k in range(STEPS):
         if k == ORDERED:
             control.set("tug.speed_order", np.array(0.5))
-            parts = assembly.parts
-            set_wind(parts.fluid, parts.controls.values(), parts.wind_on_bodies, 9.0, 0.0)
-            set_current(parts.fluid, assembly.scoring, 0.1, 0.4)
+            assembly.sea.signal("wind", 9.0, 0.0)
+            assembly.sea.signal("current", 0.1, 0.4)
         run.step()
     result = {name: exercise._signals[name].read(assembly.parts) for name in outputs}
     run.terminate()
@@ -151,7 +149,7 @@ def test_its_state_goes_back_to_a_boom_that_was_whole_and_on_to_one_that_has_par
     changes = [
         "run.detail='none'",
         "run.communication_step=0.02",
-        "forcing.current.speed=1.0",
+        "sea.current.speed=1.0",
         "booms.main.strength=20.0",
     ]
     scenario = load_scenario("u-sweep", overrides=changes).scenario
@@ -183,8 +181,8 @@ def test_a_current_set_after_a_state_was_saved_goes_with_it(folder: Path) -> Non
     for ordered in (False, True, False):
         exercise.restore_state(state)
         if ordered:
-            exercise.set("forcing.current.speed", np.array([0.5]))
-            exercise.set("forcing.current.direction", np.array([2.0]))
+            exercise.set("sea.current.speed", np.array([0.5]))
+            exercise.set("sea.current.direction", np.array([2.0]))
         assert exercise.do_step(0.0, STEP).status is Status.OK
         speeds.append(float(exercise.get("booms.main.normal_speed")[0]))
     assert speeds[0] == speeds[2] != speeds[1]
@@ -201,7 +199,7 @@ def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float]
     assert units["booms.main.tug.tension"] == "N"
     assert units["booms.main.oil_lost.drainage"] == "m3"
     starts = {variable.name: variable.start for variable in description.modelVariables if variable.causality == "input"}
-    assert float(starts["forcing.wind.speed"]) == 4.0
+    assert float(starts["sea.wind.speed"]) == 4.0
     assert "booms.main.tug.payout" not in starts  # the winch inside drives it
     # FMPy sets inputs before every step, ours once: the same orders from the same step on
     given = np.zeros(4, dtype=[("time", float), *((name, float) for name in ORDERS)])
@@ -245,7 +243,7 @@ def test_its_state_can_be_saved_before_the_run_begins(exported: Build, tmp_path:
     for k, saved_in in enumerate(("no mode", "instantiated", "initialization mode", "step mode")):
         fmu = slave(path, tmp_path / str(k))
         read, write = (fmu.getReal, fmu.setReal) if version == 2 else (fmu.getFloat64, fmu.setFloat64)
-        order, wind = references["vessels.tug.speed_order"], references["forcing.wind.speed"]
+        order, wind = references["vessels.tug.speed_order"], references["sea.wind.speed"]
         write([order], [0.5])
         state = None if saved_in == "no mode" else fmu.getFMUState()
         if saved_in in ("instantiated", "step mode"):
@@ -428,7 +426,7 @@ def test_a_shipped_exercise_is_exported(
 ) -> None:
     target = tmp_path / "sweep.fmu"
     assert main(["export-fmu", "u-sweep", "--demo", "--fmi", str(version), "-o", str(target)]) == 0
-    assert "inputs: tow.speed, tow.heading, forcing.current.speed, forcing.current.direction" in capsys.readouterr().out
+    assert "inputs: tow.speed, tow.heading, sea.current.speed, sea.current.direction" in capsys.readouterr().out
     assert validate_fmu(str(target)) == []
 
 

@@ -220,7 +220,7 @@ orders = ["vessels.port.engine=off", "vessels.prot.engine=stopped", "fluid.parti
 orders = []
 [injects.e]
 at = 3.0
-orders = ["forcing.wind.speed=4", "sea.wind={kind='steady', speed=900, direction=0}", "booms.main.parted=[40]"]
+orders = ["sea.wind.speed=4", "sea.wind={kind='steady', speed=900, direction=0}", "booms.main.parted=[40]"]
 [injects.f]
 when = {signal = "vessels.port.x", above = 1.0, below = 0.0}
 orders = ["emitters.leak.speed=1"]

@@ -178,9 +178,9 @@ def test_wind_waves_and_a_release_are_added_to_water_of_particles(tmp_path: Path
     with going_on(scenario, record):
         pause(record)
         with pytest.raises(ScenarioError, match=r"emitters.spill.mouth"):
-            order(record, "forcing.wind.speed=8", pipe.format(x, y, top - 0.05))
-        order(record, "forcing.wind.speed=8", pipe.format(x, y, z))
-        order(record, "forcing.waves={height=0.05, period=0.8}")
+            order(record, "sea.wind.speed=8", pipe.format(x, y, top - 0.05))
+        order(record, "sea.wind.speed=8", pipe.format(x, y, z))
+        order(record, "sea.waves={height=0.05, period=0.8}")
         go_on(record)
     oil = Replay(record).phase_times("oil").value
     assert oil[-1] > oil[0]
@@ -205,7 +205,7 @@ def test_what_may_not_be_ordered_changes_nothing_and_is_told(
         ("tow.speed",): "order is 'tow.speed', allowed: key=value",
         ("run.duration=9",): "run.duration cannot be changed during a run",
         ("emitters.a.speed=1",): 'emitters.a.speed cannot be ordered: run.detail is "none"',
-        ("forcing.wind.speed=1",): "the weather is that of [sea]",
+        ("forcing.wind.speed=1",): "forcing.wind.speed is now sea.wind.speed",
         ("booms.main.parted=[8]",): "booms.main.parted is [8], allowed: numbers from 1 to 7",
         ("sea.waves={kind='regular', height=9, period=2}",): "sea.waves",
         ("tow.speed=0.5", "go-on", "tow.speed=0.4"): "allowed: pause as the first word",

@@ -80,13 +80,13 @@ def test_ordered_wind_carries_the_slick_as_it_loads_the_bodies():
 
 
 def test_description_tells_the_current_and_the_wind_of_the_sea():
-    """A tide of 0.4 m/s and a wind of 8 m/s without its gusts; a tank, and the sea made of it, have those of [forcing]."""
+    """A tide of 0.4 m/s and a wind of 8 m/s without its gusts; so in a tank."""
     tide = "sea.current={kind='tide', speed=0.4, direction=0.0, period=44712.0, turn=-11178.0}"
     exercise = build(load_scenario("sweep-200m", overrides=[tide, "run.seed=3"]).scenario).description.exercise
     wind = load_scenario("sweep-200m").scenario.sea.wind
     assert exercise.current == pytest.approx((0.4, 0.0), abs=1e-9)
     assert exercise.wind == pytest.approx((wind.speed * np.cos(wind.direction), wind.speed * np.sin(wind.direction)))
-    blown = ["forcing.wind={speed=5.0, direction=0.0}", BARE]
+    blown = ["sea.wind={speed=5.0, direction=0.0}", BARE]
     for changes in (blown, blown[:1]):
         exercise = build(load_scenario("u-sweep", demo=True, overrides=changes).scenario).description.exercise
         assert exercise.wind == pytest.approx((5.0, 0.0))
@@ -117,7 +117,7 @@ def test_body_that_sinks_is_refused_by_name():
 
 def test_no_sea_can_be_had_without_water():
     changes = [BARE, "fill.water.phase='oil'"]
-    with pytest.raises(ScenarioError, match=r"sea is missing, allowed with run.detail = .none.: a \[sea\]"):
+    with pytest.raises(ScenarioError, match=r"sea.depth is missing, allowed without particles: a depth, or water"):
         build(load_scenario("u-sweep", overrides=changes).scenario)
 
 

@@ -116,7 +116,7 @@ def test_shipped_scenario_runs(name: str) -> None:
 @pytest.mark.parametrize("kind", ["speed=3.0 wind", "speed=0.2 current", "height=0.05 period=1.0 waves"])
 def test_weather_along_minus_x_runs_in_a_plane(kind: str) -> None:
     *terms, table = kind.split()
-    overrides = [f"forcing.{table}.{term}" for term in (*terms, "direction_deg=180.0")]
+    overrides = [f"sea.{table}.{term}" for term in (*terms, "direction_deg=180.0")]
     assert run_steps(small("dam-break", *overrides))[1].index == 3
 
 

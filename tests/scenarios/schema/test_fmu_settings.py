@@ -105,15 +105,15 @@ def test_a_model_of_ones_own_drives_the_wind_in_knots(
     target = folder / f"squall-{version}.fmu"
     assert main(["build-fmu", str(EXAMPLES / "squall.py"), "--fmi", str(version), "-o", str(target)]) == 0
     squall = [f'fmus.squall.file="{target.name}"', "fmus.squall.start.start=0.0", "fmus.squall.start.duration=0.2"]
-    wind = ["forcing.wind.speed=2.0", 'fmus.squall.outputs.speed="forcing.wind.speed"']
+    wind = ["sea.wind.speed=2.0", 'fmus.squall.outputs.speed="sea.wind.speed"']
     run = scenario_run(folder / "winch-tow.toml", *QUICK, *squall, *wind)
     run.run(0.1)
     assembly = run.assembly
-    felt = assembly.parts.controls["tug"].get("tug.wind")
-    assert felt == pytest.approx([20.0 * 1852.0 / 3600.0, 0.0, 0.0], rel=1e-12)
-    assert assembly.fluid.forcings[0].speed == felt[0]
+    peak = pytest.approx([20.0 * 1852.0 / 3600.0, 0.0], rel=1e-12)
+    assert assembly.parts.controls["tug"].wind(np.zeros(2), 0.1)[:2] == peak
+    assert assembly.fluid.forcings[0].sea.mean_wind(0.1) == peak
     run.run(0.2)
-    assert assembly.fluid.forcings[0].speed == pytest.approx(4.0 * 1852.0 / 3600.0, rel=1e-12)
+    assert assembly.fluid.forcings[0].sea.mean_wind(0.3)[0] == pytest.approx(4.0 * 1852.0 / 3600.0, rel=1e-12)
 
 
 WINDS = """
@@ -137,10 +137,10 @@ def test_an_element_of_an_array_drives_a_signal_and_is_recorded_once(
     command = [sys.executable, "-m", "pythonfmu", "build", "-f", "winds_2.py"]
     subprocess.run(command, check=True, capture_output=True, cwd=folder)
     winds = ['fmus.winds.file="Winds.fmu"', 'fmus.winds.units.w[2]="kn"']
-    wind = ["forcing.wind.speed=2.0", 'fmus.winds.outputs.w[2]="forcing.wind.speed"']
+    wind = ["sea.wind.speed=2.0", 'fmus.winds.outputs.w[2]="sea.wind.speed"']
     run = scenario_run(folder / "winch-tow.toml", *QUICK, *winds, *wind)
     run.step()
-    assert run.assembly.fluid.forcings[0].speed == pytest.approx(6.0 * 1852.0 / 3600.0, rel=1e-12)
+    assert run.assembly.fluid.forcings[0].sea.mean_wind(0.0)[0] == pytest.approx(6.0 * 1852.0 / 3600.0, rel=1e-12)
     series = run.readings().series
     shown = {name: track.value[-1] for name, track in series.items() if name.startswith("fmus/winds")}
     assert shown == {"fmus/winds/w/0": 3.0, "fmus/winds/w/1": 6.0}
@@ -354,28 +354,28 @@ def test_orders_of_the_tow_do_not_reach_vessels_with_a_route_of_their_own() -> N
 def test_signals_reach_what_they_are_called_after(folder: Path) -> None:
     """Wind, current and tow orders, each put into effect where it is felt."""
     extra = (
-        "forcing.wind.speed=3.0",
-        "forcing.current.speed=0.1",
-        "forcing.waves.height=0.02",
-        "forcing.waves.period=1.0",
+        "sea.wind.speed=3.0",
+        "sea.current.speed=0.1",
+        "sea.waves.height=0.02",
+        "sea.waves.period=1.0",
     )
     assembly = assembled(folder / "winch-tow.toml", *extra, "tow.speed=0.1", "tow.heading=0.0", "vessels.tug.legs=[]")
     board = next(one for one in assembly.participants if one.name == "orders")
     control, fluid = assembly.parts.controls["tug"], assembly.fluid
     for name, value in (
-        ("forcing.wind.speed", 5.0),
-        ("forcing.wind.direction", math.pi / 2),
-        ("forcing.current.speed", 0.3),
-        ("forcing.current.direction", math.pi),
+        ("sea.wind.speed", 5.0),
+        ("sea.wind.direction", math.pi / 2),
+        ("sea.current.speed", 0.3),
+        ("sea.current.direction", math.pi),
         ("tow.speed", 0.25),
     ):
         board.set(name, np.array([value]))
         assert board.get(name)[0] == value
-    current, waves, wind, _ = fluid.forcings  # and the drift under the wind
-    assert (wind.speed, wind.direction) == (5.0, math.pi / 2)
-    assert control.get("tug.wind") == pytest.approx([0.0, 5.0, 0.0], abs=1e-12)
-    assert current.velocity == pytest.approx((-0.3, 0.0, 0.0), abs=1e-12)
-    assert waves.drift == pytest.approx((-0.3, 0.0), abs=1e-12)
+    (driving,) = fluid.forcings
+    assert driving.sea is assembly.sea.now
+    assert driving.sea.mean_wind(0.0) == pytest.approx([0.0, 5.0], abs=1e-12)
+    assert control.wind(np.zeros(2), 0.0) == pytest.approx([0.0, 5.0, 0.0], abs=1e-12)
+    assert driving.sea.current(0.0, 0.0) == pytest.approx((-0.3, 0.0), abs=1e-12)
     assert float(control.get("tug.speed_order")) == 0.25
     with pytest.raises(ValueError, match=r"'tow\.speed' is nan, allowed: 0 or more and at most 20 m/s"):
         board.set("tow.speed", np.array([math.nan]))

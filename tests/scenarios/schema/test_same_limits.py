@@ -13,20 +13,19 @@ import pytest
 from booms.boom import BoomDesign
 from oilsim import BoundaryParticles, FluidConfig, Phase, PipeEmitter
 from oilsim.core.quantity import LARGEST, Quantity, quantities
-from oilsim.forcing import AiryWaves, Current, Wind, Zone
+from oilsim.sea import KaimalGusts, RegularWaves, SteadyFlow, WindDrift, Zone
 from scenarios.problems import ScenarioError
 from scenarios.schema.bodies import WigleyBody
 from scenarios.schema.exercise import BoomSettings, LegSettings, VesselSettings
-from scenarios.schema.liquid import FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
+from scenarios.schema.liquid import FluidSettings, PhaseSettings, PipeEmitterSettings, Tank, ZoneSettings
 from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.parsing.structuring import as_data, structure
-from scenarios.schema.weather import CurrentSettings, WaveSettings, WindSettings, horizontal
+from scenarios.schema.sea import RegularSeaWaves, SteadySeaCurrent, SteadySeaWind
 from vessels.course import CourseLeg
 from vessels.hull_size import HullSize
 from vessels.vessel import ControlGains, Propulsion
 
 Core = Callable[[dict[str, Any]], object]
-ZONE = Zone((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 0.5)
 HULL = {"length": 2.0, "beam": 0.5, "draft": 0.1, "depth": 0.3}
 
 
@@ -75,18 +74,20 @@ PAIRS = {
         PhaseSettings, {"density": 1000.0, "dynamic_viscosity": 1e-3}, Phase, {"name": "water", "rest_density": 1000.0},
         {"density": "rest_density", **_same("dynamic_viscosity", "adhesion")}, _built(Phase),
     ),
-    "wind": Pair(
-        WindSettings, {"speed": 5.0}, Wind, {"speed": 5.0, "direction": 0.0, "spacing": 0.1, "seed": 1},
-        _same("speed", "direction", "gustiness", "gust_time", "drag_coefficient"), _built(Wind),
+    "wind": Pair(SteadySeaWind, {"speed": 5.0}, SteadyFlow, {"speed": 5.0}, _same("speed", "direction"), _built(SteadyFlow)),
+    "gusts": Pair(
+        SteadySeaWind, {"speed": 5.0}, KaimalGusts, {}, {"gust_intensity": "intensity"}, _built(KaimalGusts),
     ),
+    "drift": Pair(
+        SteadySeaWind, {"speed": 5.0}, WindDrift, {}, {"drift_layer": "layer", **_same("deflection")}, _built(WindDrift),
+    ),
+    "current": Pair(SteadySeaCurrent, {"speed": 5.0}, SteadyFlow, {"speed": 5.0}, _same("speed", "direction"), _built(SteadyFlow)),
     "waves": Pair(
-        WaveSettings, {"height": 0.1, "period": 1.0}, AiryWaves,
-        {"height": 0.1, "period": 1.0, "direction": 0.0, "bottom": -LARGEST, "level": 1.0, "zone": ZONE},
-        _same("height", "period", "direction"), _built(AiryWaves),
+        RegularSeaWaves, {"height": 0.1, "period": 1.0}, RegularWaves, {"height": 0.1, "period": 1.0},
+        _same("height", "period", "direction", "phase"), _built(RegularWaves),
     ),
     "zone": Pair(
-        WaveSettings, {"height": 0.1, "period": 1.0}, Zone, {"lower": (0, 0, 0), "upper": (1, 1, 1), "relaxation_time": 0.5},
-        _same("relaxation_time"), _built(Zone),
+        ZoneSettings, {}, Zone, {"lower": (0, 0, 0), "upper": (1, 1, 1)}, _same("relaxation_time"), _built(Zone),
     ),
     "walls": Pair(
         Tank, {"lower": (0, 0, 0), "upper": (1, 1, 1)}, BoundaryParticles,
@@ -188,22 +189,6 @@ def test_settings_and_owners_share_their_declarations() -> None:
     assert {name: getattr(settings, name) for name in shared} == {name: getattr(config, name) for name in shared}
 
 
-@pytest.mark.parametrize("direction", [0.0, 0.3, math.pi, -2.0])
-def test_currents_are_as_fast_in_both(direction: float) -> None:
-    """The fluid takes a current's components, whose length is its speed to rounding."""
-    assert quantities(CurrentSettings)["speed"] == quantities(Current)["speed"]
-    for speed, verdict in (
-        (0.0, False),
-        (7.3, False),
-        (20.0, False),
-        (20.0 + 1e-6, True),
-        (1e9, True),
-        (math.nan, True),
-    ):
-        assert refused(lambda speed=speed: CurrentSettings(speed=speed, direction=direction)) == verdict
-        assert refused(lambda speed=speed: Current(horizontal(speed, direction), ZONE)) == verdict
-
-
 def test_settings_at_odds_are_refused_alike() -> None:
     water = (Phase(name="water", rest_density=1000.0),)
     for odd in (
@@ -220,9 +205,9 @@ def test_settings_at_odds_are_refused_alike() -> None:
 
 def test_a_file_still_tells_path_value_limits_and_unit() -> None:
     with pytest.raises(ScenarioError) as caught:
-        structure({"speed": 1.0, "gust_time": 0.0, "gustiness": "a lot"}, WindSettings)
+        structure({"speed": 1.0, "drift_layer": 0.0, "gust_intensity": "a lot"}, SteadySeaWind)
     assert {str(problem) for problem in caught.value.problems} == {
-        "gust_time is 0.0, allowed: above 0 s",
-        "gustiness is 'a lot', allowed: a number, 0 or more and at most 1",
+        "drift_layer is 0.0, allowed: above 0 and at most 10 m",
+        "gust_intensity is 'a lot', allowed: a number, 0 or more and at most 0.5",
     }
-    assert as_data(WindSettings(speed=1.0))["gust_time"] == 3.0
+    assert as_data(SteadySeaWind(speed=1.0))["drift_layer"] == 0.5

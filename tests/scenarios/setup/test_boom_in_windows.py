@@ -108,7 +108,7 @@ def test_a_boom_in_a_window_has_a_skirt_that_particles_resolve_and_stands(tmp_pa
     """
     changes = (
         "run.detail=window", "run.communication_step=0.05", "run.threads=1", "fluid.particle_spacing=0.125", "window.target=main",
-        "window.size=[3.5, 3.5]", "window.depth=0.6", "window.rim=0.6", "forcing.current.speed=0.0", "fluid.sleep_speed=0.03",
+        "window.size=[3.5, 3.5]", "window.depth=0.6", "window.rim=0.6", "sea.current.speed=0.0", "fluid.sleep_speed=0.03",
     )  # fmt: skip
     assembly = build(load_scenario("u-sweep", overrides=changes).scenario)
     layout, world = assembly.fleet.booms["main"], assembly.world

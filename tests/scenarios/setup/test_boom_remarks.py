@@ -25,7 +25,7 @@ MOORED: dict[str, Any] = {
         "sea": {"shape": "slab", "phase": "sea", "bottom": 0.0, "top": 0.8},
         "oil": {"shape": "block", "phase": "oil", "lower": [1.0, 1.5, 0.8], "upper": [2.0, 2.5, 0.95]},
     },
-    "forcing": {"current": {"speed": 0.3, "direction": 0.0}},
+    "sea": {"current": {"speed": 0.3, "direction": 0.0}},
     "booms": {
         "inlet": {
             "ends": [[3.0, 3.6], [3.0, 0.4]], "length": 3.7, "segments": 12, "skirt_depth": 0.4, "freeboard": 0.2,
@@ -50,11 +50,11 @@ def changed(**entries: Any) -> Any:
 def test_the_share_of_the_section_that_a_boom_fills() -> None:
     """Ends 3.2 m apart across the current, 0.4 m deep, in 4 m x 0.8 m: 40 %."""
     assert blockage("inlet", changed(), 0.8) == pytest.approx(3.2 * 0.4 / (4.0 * 0.8))
-    assert blockage("inlet", changed(forcing__current__direction=np.pi), 0.8) == pytest.approx(0.4)
-    along = changed(forcing__current__direction=0.5 * np.pi)
+    assert blockage("inlet", changed(sea__current__direction=np.pi), 0.8) == pytest.approx(0.4)
+    along = changed(sea__current__direction=0.5 * np.pi)
     assert blockage("inlet", along, 0.8) == pytest.approx(0.0, abs=1e-12)
     assert blockage("inlet", changed(tank__open=["+z", "-y"]), 0.8) == 0.0
-    assert blockage("inlet", changed(forcing={}), 0.8) == 0.0
+    assert blockage("inlet", changed(sea={}), 0.8) == 0.0
 
 
 def test_remarks_name_particles_blockage_and_side() -> None:
@@ -65,7 +65,7 @@ def test_remarks_name_particles_blockage_and_side() -> None:
         and "1.7 times as fast" in told["blockage inlet"]
     )
     assert "bulge inlet" not in told  # the current's side
-    slack = boom_remarks(changed(forcing={}), 0.8)["bulge inlet"]
+    slack = boom_remarks(changed(sea={}), 0.8)["bulge inlet"]
     assert slack.endswith("bulges towards 270 degrees of the compass")
     against = boom_remarks(changed(booms__inlet__bulge="right"), 0.8)["bulge inlet"]
     assert "towards 270" in against and "against the current" in against
@@ -78,9 +78,7 @@ def test_remarks_name_particles_blockage_and_side() -> None:
     ("bulge", "direction", "side"), [(None, 0.0, 1), (None, np.pi, -1), ("left", np.pi, 1), ("right", 0.0, -1)]
 )
 def test_a_moored_boom_is_laid_down_the_current_or_as_stated(bulge: str | None, direction: float, side: int) -> None:
-    entries: dict[str, Any] = {"forcing__current__direction": direction} | (
-        {"booms__inlet__bulge": bulge} if bulge else {}
-    )
+    entries: dict[str, Any] = {"sea__current__direction": direction} | ({"booms__inlet__bulge": bulge} if bulge else {})
     problems: list[Any] = []
     fleet = place_fleet(changed(**entries), 0.8, (), problems)
     assert not problems
@@ -133,23 +131,21 @@ def test_check_says_which_interfacial_tension_is_assumed() -> None:
 @pytest.mark.parametrize(
     ("entries", "driven"),
     [
-        ({}, {"driven inlet current"}),  # it drives the whole tank
-        ({"forcing": {"waves": {"height": 0.1, "period": 1.5}}}, {"driven inlet waves"}),
-        ({"forcing__current": {"speed": 0.3, "lower": [0.0, 0.0, 0.0], "upper": [1.0, 4.0, 1.5]}}, set()),
-        (
-            {"forcing__current": {"speed": 0.3, "lower": [2.0, 0.0, 0.0], "upper": [4.0, 4.0, 1.5]}},
-            {"driven inlet current"},
-        ),
+        ({}, {"driven inlet"}),  # it drives the whole tank
+        ({"sea": {"waves": {"height": 0.1, "period": 1.5}}}, {"driven inlet"}),
+        ({"sea": {}}, set()),
+        ({"tank__zones": {"ahead": {"lower": [0.0, 0.0, 0.0], "upper": [1.0, 4.0, 1.5]}}}, set()),
+        ({"tank__zones": {"around": {"lower": [2.0, 0.0, 0.0], "upper": [4.0, 4.0, 1.5]}}}, {"driven inlet"}),
     ],
 )
 def test_a_boom_in_driven_water_is_told(entries: dict[str, Any], driven: set[str]) -> None:
     """Waves that drive the water inside a boom as well as outside carry its oil over it: 44 of 102 litres in the tow-speed ramp."""
     told = boom_remarks(changed(**entries), 0.8)
     assert {name for name in told if name.startswith("driven")} == driven
-    assert all("zone (lower, upper)" in told[name] for name in driven)
+    assert all("a zone (tank.zones)" in told[name] for name in driven)
 
 
-STREAM: dict[str, Any] = {"speed": 0.3, "lower": [0.0, 0.0, 0.0], "upper": [1.0, 4.0, 1.5]}
+INLET: dict[str, Any] = {"inlet": {"lower": [0.0, 0.0, 0.0], "upper": [1.0, 4.0, 1.5]}}
 
 
 @pytest.mark.parametrize(
@@ -167,7 +163,7 @@ def test_water_that_starts_without_the_current_of_a_zone_is_told(
 ) -> None:
     """Closures take the ordered current everywhere from the start, though it drives the water in its zone only."""
     water = MOORED["fill"]["sea"] | ({} if velocity is None else {"velocity": velocity})
-    scenario = changed(forcing__current=STREAM, fill__sea=water)
+    scenario = changed(tank__zones=INLET, fill__sea=water)
     found = boom_remarks(scenario, 0.8).get("start")
     if told is None:
         assert found is None
@@ -179,5 +175,5 @@ def test_water_that_starts_without_the_current_of_a_zone_is_told(
 
 def test_water_at_the_start_is_told_only_where_closures_go_by_a_current_in_a_zone() -> None:
     assert "start" not in boom_remarks(changed(), 0.8)  # a current through the whole tank: the water starts with it
-    assert "start" not in boom_remarks(changed(forcing__current=STREAM, booms__inlet__losses="resolved"), 0.8)
-    assert "start" not in boom_remarks(changed(forcing={}), 0.8)
+    assert "start" not in boom_remarks(changed(tank__zones=INLET, booms__inlet__losses="resolved"), 0.8)
+    assert "start" not in boom_remarks(changed(sea={}), 0.8)

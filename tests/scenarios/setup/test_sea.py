@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -45,6 +46,7 @@ top = 0.3
 SEA = """
 [sea]
 depth = 12.0
+diffusivity = 0.5
 [sea.waves]
 kind = "jonswap"
 significant_height = 0.5
@@ -66,8 +68,6 @@ drift_layer = 1.5
 deflection_deg = 15.0
 [sea.langmuir]
 spacing = 8.0
-[sea.turbulence]
-diffusivity = 0.5
 """
 SITE = """
 [site]
@@ -98,23 +98,20 @@ def test_a_sea_is_as_its_table_says(tmp_path):
     assert (told.wind.drift.layer, told.wind.drift.deflection) == (1.5, pytest.approx(math.radians(15.0)))
     assert told.build_up == 40.0
     assert (told.langmuir.spacing, told.langmuir.seed) == (8.0, 7)
-    assert (told.turbulence.diffusivity, told.turbulence.seed) == (0.5, 7)
+    assert told.diffusivity == 0.5
 
 
-def test_a_scenario_without_a_sea_has_none(tmp_path):
-    assert build_sea(scenario_of(tmp_path, "")) is None
+def test_the_sea_of_a_tank_is_as_deep_as_its_water(tmp_path):
+    scenario = scenario_of(tmp_path, "")
+    for changes, told in (({}, (0.3, 0.3)), ({"level": 0.25}, (0.25, 0.25)), ({"depth": 8.0}, (0.3, 8.0))):
+        sea = lay_out(replace(scenario, sea=replace(scenario.sea, **changes))).sea
+        assert (sea.level, sea.description.depth) == pytest.approx(told)
 
 
 def test_a_regular_wave(tmp_path):
     text = '[sea]\ndepth = 5.0\n[sea.waves]\nkind = "regular"\nheight = 0.4\nperiod = 4.0\ntheory = "stokes-2"\n'
     sea = build_sea(scenario_of(tmp_path, text))
     assert sea.description.waves == RegularWaves(height=0.4, period=4.0, theory="stokes-2")
-
-
-def test_check_reads_the_sea_and_says_that_nothing_uses_it(tmp_path, capsys):
-    (tmp_path / "bay.toml").write_text(BASIC + SEA)
-    assert main(["check", str(tmp_path / "bay.toml")]) == 0
-    assert "sea: is checked, but no part of this run uses it" in capsys.readouterr().out.replace("\n", " ")
 
 
 @pytest.mark.parametrize(

@@ -21,8 +21,8 @@ from coupling.master.errors import CoSimulationError
 from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
-from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
-from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings
+from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank, ZoneSettings
+from scenarios.schema.sea import RegularSeaWaves, SeaSettings, SteadySeaCurrent
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
 Double = NDArray[np.float64]
@@ -43,18 +43,24 @@ GATE = 0.005  # of a segment: how far a joint may open
 
 def scenario(spacing: float, threads: int | None) -> Scenario:
     """The exercise at a particle spacing [m]."""
-    zone = {"lower": (BOW + 0.5 * VESSEL["length"], 0.0, 0.0), "upper": (LENGTH, WIDTH, 2.0 * DEPTH)}
+    zone = ZoneSettings(lower=(BOW + 0.5 * VESSEL["length"], 0.0, 0.0), upper=(LENGTH, WIDTH, 2.0 * DEPTH))
     sides = {"port": 0.5 * (WIDTH + GAP), "starboard": 0.5 * (WIDTH - GAP)}
     return Scenario(
         name="boom-in-waves",
         run=RunSettings(duration=DURATION, communication_step=STEP, threads=threads),
         fluid=FluidSettings(particle_spacing=spacing, maximum_time_step=STEP),
         phases={"water": PhaseSettings(density=1027.0, dynamic_viscosity=1.05e-3)},
-        tank=Tank(lower=(0.0, 0.0, 0.0), upper=(LENGTH, WIDTH, 2.0 * DEPTH), periodic=("x",), open=("+z",)),
+        tank=Tank(
+            lower=(0.0, 0.0, 0.0),
+            upper=(LENGTH, WIDTH, 2.0 * DEPTH),
+            periodic=("x",),
+            open=("+z",),
+            zones={"inlet": zone},
+        ),
         fill={"water": SlabFill(phase="water", bottom=0.0, top=DEPTH, velocity=(-SPEED, 0.0, 0.0))},
-        forcing=ForcingSettings(
-            waves=WaveSettings(height=WAVE_HEIGHT, period=WAVE_PERIOD, direction=math.pi, **zone),
-            current=CurrentSettings(speed=SPEED, direction=math.pi, **zone),
+        sea=SeaSettings(
+            waves=RegularSeaWaves(height=WAVE_HEIGHT, period=WAVE_PERIOD, direction=math.pi, build_up=WAVE_PERIOD),
+            current=SteadySeaCurrent(speed=SPEED, direction=math.pi),
         ),
         tow=TowSettings(speed=0.0, heading=0.0),
         vessels={

@@ -18,7 +18,6 @@ from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures, Drivers
 from scenarios.load import scenario_from
 from scenarios.running.assembly import build
-from scenarios.signals.weather_inputs import set_current
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import WATER_DENSITY
 
@@ -118,7 +117,8 @@ def stream(spacing: float) -> dict[str, Any]:
             "water": {"density": WATER_DENSITY, "dynamic_viscosity": 1.05e-3},
             "oil": {"oil": "alaska-north-slope", "interfacial_tension": 0.02},
         },
-        "tank": {"lower": [0.0, 0.0, 0.0], "upper": [3.2, 1.6, top], "periodic": ["x"], "open": ["+z"]},
+        "tank": {"lower": [0.0, 0.0, 0.0], "upper": [3.2, 1.6, top], "periodic": ["x"], "open": ["+z"],
+                 "zones": {"inlet": {"lower": [2.6, 0.0, 0.0], "upper": [3.2, 1.6, top]}}},
         "fill": {
             "water": {"shape": "slab", "phase": "water", "bottom": 0.0, "top": STREAM_DEPTH, "velocity": flow},
             "pool": {
@@ -126,12 +126,7 @@ def stream(spacing: float) -> dict[str, Any]:
                 "upper": [1.7, 1.1, STREAM_DEPTH + 0.1],
             },
         },
-        "forcing": {
-            "current": {
-                "speed": BEGIN, "direction_deg": 180.0, "lower": [2.6, 0.0, 0.0], "upper": [3.2, 1.6, top],
-                "relaxation_time": 0.5,
-            }
-        },
+        "sea": {"current": {"speed": BEGIN, "direction_deg": 180.0}},
         "booms": {
             "main": {
                 "ends": [[2.2, 1.25], [2.2, 0.35]], "length": 3.0, "segments": 16, "skirt_depth": DRAFT, "freeboard": 0.15,
@@ -152,7 +147,7 @@ def stream_ramp(resolution: int, bench: Bench) -> Outcome:
     speed, first, rows = BEGIN, math.nan, []
     while speed < fastest and math.isnan(first):
         speed = BEGIN + RISE * max(0.0, simulation.communication_point.time - SETTLED)
-        set_current(assembly.fluid, assembly.scoring, speed, math.pi)
+        assembly.sea.signal("current", speed, math.pi)
         simulation.step()
         bench.count(step, 0.0, assembly.fluid.particle_count)
         report = assembly.scoring.booms[0].report

@@ -22,7 +22,8 @@ from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
 from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
-from oilsim.forcing import Current, Zone
+from oilsim.sea import SeaForcing, Zone
+from tests.seas import current_in, shallow_sea
 from tests.validation.bodies.boom_losses import drivers, first_beyond
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import WATER_DENSITY
@@ -53,7 +54,7 @@ class Slice:
     """A slice of a stream with its skirt, and the boom's account."""
 
     fluid: Fluid
-    current: Current
+    driving: SeaForcing
     boom: BoomState
     tracker: ContainmentTracker
     closures: ClosureLosses
@@ -64,7 +65,7 @@ class Slice:
         time = self.fluid.time
         self.closures.act(time, self.fluid, self.tracker, self.boom, DEPTH)
         position = self.fluid.phase_positions("oil")
-        speed = (self.current.velocity[0], 0.0)
+        speed = tuple(self.driving.sea.current(0.0, 0.0))
         return self.tracker.update(
             time, self.boom, position, self.fluid.phase_ids("oil"), water_level=DEPTH, current=speed
         )
@@ -122,8 +123,8 @@ def stream(resolution: int, bench: Bench, speed: float, jitter: int = 0, oil: Oi
     fluid.add_particles(points[~pool], phase="water", velocity=(-speed, 0.0, 0.0))
     fluid.add_particles(points[pool], phase="oil", velocity=(0.0, 0.0, 0.0))
     zone = Zone((LENGTH - 0.6, 0.0, -1.0), (LENGTH, width, top), RENEWAL)
-    current = Current((-speed, 0.0, 0.0), zone)
-    fluid.add_forcing(current)
+    driving = current_in(zone, (-speed, 0.0), DEPTH)
+    fluid.add_forcing(driving)
     options = ContainmentOptions(
         skirt_depth=DRAFT, freeboard=FREEBOARD, particle_volume=spacing**3, hysteresis=spacing,
         kinematic_viscosity=oil.kinematic_viscosity, period=(LENGTH, 0.0),
@@ -133,7 +134,7 @@ def stream(resolution: int, bench: Bench, speed: float, jitter: int = 0, oil: Oi
         oils={"oil": oil}, waters=["water"], segments=len(boom.position), segment_length=width / FRONTS[resolution],
         freeboard=FREEBOARD, float_width=THICKNESS * spacing, spacing=spacing, period=(LENGTH, 0.0),
     )  # fmt: skip
-    return Slice(fluid, current, boom, ContainmentTracker(options), ClosureLosses(closures))
+    return Slice(fluid, driving, boom, ContainmentTracker(options), ClosureLosses(closures))
 
 
 def closures_alone(growth: float = GROWTH, oil: OilOnWater = OIL, begin: float = BEGIN) -> tuple[Double, Double, float]:
@@ -167,7 +168,7 @@ def ramp(scene: Slice, bench: Bench, begin: float, enough: float = 1.0) -> tuple
     speed, beyond, rows = begin, 0, list[tuple[float, float, float, float]]()
     while speed < END and beyond < LASTING:
         speed = begin + GROWTH * max(0.0, scene.fluid.time - SETTLED)
-        scene.current.velocity = (-speed, 0.0, 0.0)
+        scene.driving.sea = shallow_sea(DEPTH, current=(-speed, 0.0))
         report = scene.look(bench)
         rows.append((speed, report.passed, report.retained, report.passed_modelled))
         before = max((row[1] for row in rows if row[0] <= begin), default=0.0)

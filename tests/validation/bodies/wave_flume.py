@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from coupling.multibody.prescribed_motion import UPRIGHT, OscillatingMotion
 from coupling.testkit.tanks import wave_maker
 from oilsim import Fluid, FluidConfig, block, solid_box, tank_walls
-from oilsim.forcing import Current, Zone
+from oilsim.sea import Zone
+from tests.seas import current_in
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.liquids.wave_drift import DEPTH, DEPTHS_A_RADIAN, LAYERS, STEEPNESS, Wave
 from tests.validation.scenes import GRAVITY, disturb, liquid, position, velocity
@@ -112,7 +113,7 @@ class Flume:
         far, calm = 2.0 * self.length, SPONGE_TIME * self.period  # a zone that goes on past the wall is full there
         start = WATER * self.length
         zone = Zone((start, -far, -room), (end + far, far, 2.0 * DEPTH), calm, edge=self.length)
-        self.fluid.add_forcing(Current((0.0, 0.0, 0.0), zone))
+        self.fluid.add_forcing(current_in(zone, (0.0, 0.0), DEPTH))
         self.samples = 0
 
     def advance(self) -> None:

@@ -20,8 +20,8 @@ from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.bodies import BoxBody
 from scenarios.schema.exercise import BoomSettings
-from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
-from scenarios.schema.weather import CurrentSettings, ForcingSettings, WaveSettings
+from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank, ZoneSettings
+from scenarios.schema.sea import RegularSeaWaves, SeaSettings, SteadySeaCurrent
 from scenarios.schema.window import WindowTable
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
@@ -56,17 +56,23 @@ class Rocked(NamedTuple):
 
 def _sea(length: float, width: float, spacing: float, threads: int | None, speed: float, height: float) -> Scenario:
     """A sea that repeats along x, with current and waves along -x that a zone at its end renews."""
-    zone = {"lower": (length - ZONE, 0.0, 0.0), "upper": (length, width, 2.0 * DEPTH)}
-    waves = WaveSettings(height=height, period=PERIOD, direction=math.pi, **zone) if height else None
-    current = CurrentSettings(speed=speed, direction=math.pi, **zone) if speed else None
+    zone = ZoneSettings(lower=(length - ZONE, 0.0, 0.0), upper=(length, width, 2.0 * DEPTH))
+    waves = RegularSeaWaves(height=height, period=PERIOD, direction=math.pi, build_up=PERIOD) if height else None
+    current = SteadySeaCurrent(speed=speed, direction=math.pi) if speed else None
     return Scenario(
         name="without-particles",
         run=RunSettings(duration=DURATION, communication_step=STEP, threads=threads),
         fluid=FluidSettings(particle_spacing=spacing, maximum_time_step=STEP),
         phases={"water": PhaseSettings(density=WATER, dynamic_viscosity=1.05e-3)},
-        tank=Tank(lower=(0.0, 0.0, 0.0), upper=(length, width, 2.0 * DEPTH), periodic=("x",), open=("+z",)),
+        tank=Tank(
+            lower=(0.0, 0.0, 0.0),
+            upper=(length, width, 2.0 * DEPTH),
+            periodic=("x",),
+            open=("+z",),
+            zones={"inlet": zone},
+        ),
         fill={"water": SlabFill(phase="water", bottom=0.0, top=DEPTH, velocity=(-speed, 0.0, 0.0))},
-        forcing=ForcingSettings(waves=waves, current=current),
+        sea=SeaSettings(waves=waves, current=current),
     )
 
 

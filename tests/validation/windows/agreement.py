@@ -25,7 +25,7 @@ from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import TowSettings, VesselSettings
 from scenarios.schema.liquid import BlockFill, PhaseSettings, SlabFill
-from scenarios.schema.weather import horizontal
+from scenarios.schema.sea import SteadySeaCurrent, horizontal
 from scenarios.schema.window import WindowTable
 from tests.validation.bodies.without_particles import (
     APEX,
@@ -111,10 +111,10 @@ def scene(condition: str, resolution: int) -> Scenario:
         phases=dict(moored.phases) | {"oil": OIL},
         fill={"water": water, "slick": oil},
     )
-    current = filled.forcing.current
-    assert current is not None
+    current = filled.sea.current
+    assert isinstance(current, SteadySeaCurrent)
     if condition != "towed":
-        return replace(filled, forcing=replace(filled.forcing, current=replace(current, speed=SPEED)))
+        return replace(filled, sea=replace(filled.sea, current=replace(current, speed=SPEED)))
     return _towed(filled)
 
 
@@ -128,7 +128,7 @@ def _towed(moored: Scenario) -> Scenario:
     return replace(
         moored,
         tank=replace(moored.tank, upper=upper),
-        forcing=replace(moored.forcing, current=None, waves=None),
+        sea=replace(moored.sea, current=None, waves=None),
         vessels=tugs,
         tow=TowSettings(speed=SPEED, heading=0.0),
         booms={"main": replace(boom, ends=("port", "starboard"), tow_line=TOW_LINE, stream=math.pi)},
@@ -172,8 +172,7 @@ class Reader:
         self._assembly, self._layout = assembly, assembly.fleet.booms["main"]
         self._joints = list(assembly.fleet.tensions_of("main").values())
         self._names = [segment.name for segment in self._layout.segments]
-        current = assembly.scenario.forcing.current
-        self._current = np.zeros(3) if current is None else np.array(horizontal(current.speed, current.direction))
+        self._current = np.array(horizontal(*assembly.scenario.sea.steady_current))
         self.tension, self.speed, self.line, self.owed = list[float](), list[float](), list[Double](), 0.0
 
     def count_owed(self) -> None:

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
-from oilsim.forcing import Current, Zone
+from oilsim.sea import SeaForcing, Zone
+from tests.seas import current_in
 from tests.validation.case import Bench
 from tests.validation.scenes import GRAVITY, WATER_DENSITY
 
@@ -74,8 +75,8 @@ def fill_flume(
     lean: float = 0.0,
     tension: float = 0.0,
     balanced: bool = False,
-) -> tuple[Fluid, Current]:
-    """Fill the flume, in motion at `speed` [m/s], and return it with its current.
+) -> tuple[Fluid, SeaForcing]:
+    """Fill the flume, in motion at `speed` [m/s], and return it with the sea that drives it.
 
     lean: of the skirt, back [rad]; tension: between oil and water [N/m], 0 for none; balanced: whether the water is well balanced, as in
     windows.
@@ -101,9 +102,9 @@ def fill_flume(
     for phase, chosen in (("water", ~oil), ("oil", oil)):
         fluid.add_particles(points[chosen], phase=phase, velocity=(speed, 0.0, 0.0))
     zone = Zone((0.0, -1.0, -draft), (shape.zone * draft, 1.0, depth + 2.0 * draft), RENEWAL)
-    current = Current((speed, 0.0, 0.0), zone)
-    fluid.add_forcing(current)
-    return fluid, current
+    driving = current_in(zone, (speed, 0.0), depth)
+    fluid.add_forcing(driving)
+    return fluid, driving
 
 
 def _beside_skirt(fluid: Fluid, shape: Flume, points: Double, lean: float) -> NDArray[np.bool_]:

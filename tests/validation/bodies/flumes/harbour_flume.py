@@ -24,6 +24,7 @@ from booms.losses.drainage import suction_limit
 from booms.losses.liquids import ASSUMED_TENSION, OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.slick import FRICTION, thickening
+from tests.seas import shallow_sea
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes.flume import OIL_VISCOSITY, Flume, fill_flume
 from tests.validation.bodies.flumes.picture import draw, picture_file
@@ -102,7 +103,7 @@ class Series:
             bench, oil_density, resolution, tension, balanced,
         )  # fmt: skip
         self.spacing = FLUME.draft / resolution
-        self.fluid, self.current = fill_flume(
+        self.fluid, self.driving = fill_flume(
             bench, FLUME, self.spacing, oil_density, SPEEDS[0], tension=tension, balanced=balanced
         )
         self.held = np.zeros(self.fluid.particle_count, np.bool_)
@@ -175,7 +176,7 @@ class Series:
         """Advance by one sample, and measure if the last passage has begun."""
         assert self._hold is not None
         hold = self._hold
-        self.current.velocity = (hold.speed, 0.0, 0.0)
+        self.driving.sea = shallow_sea(self.driving.sea.description.depth, current=(hold.speed, 0.0))
         self.bench.advance(self.fluid, SAMPLE)
         gone = self._note_losses()
         if self.fluid.time - hold.begin > (PASSAGES - 1.0) * passage(hold.speed):

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.seas import shallow_sea
 from tests.validation.bodies.flumes.flume import Flume, fill_flume
 from tests.validation.bodies.flumes.flume import unit_of_speed as unit_at_draft
 from tests.validation.bodies.flumes.pieces import Piece, add_options, piece_of, read_options, rows_of, save, saved
@@ -92,7 +93,7 @@ class Ramp:
 
     def __init__(self, bench: Bench, setting: Setting, state: Path | None = None) -> None:
         self.bench, self.setting, self._state = bench, setting, state
-        self.fluid, self.current = fill_flume(
+        self.fluid, self.driving = fill_flume(
             bench, FLUME, DRAFT / setting.resolution, setting.oil, setting.first * setting.unit, setting.lean,
             setting.tension, setting.balanced,
         )  # fmt: skip
@@ -124,7 +125,7 @@ class Ramp:
     def _look(self) -> None:
         """Advance by one sample; count once the current grows."""
         number = self.setting.number(self.fluid.time)
-        self.current.velocity = (number * self.setting.unit, 0.0, 0.0)
+        self.driving.sea = shallow_sea(self.driving.sea.description.depth, current=(number * self.setting.unit, 0.0))
         self.bench.advance(self.fluid, SAMPLE)
         ids, x = self.fluid.phase_ids("oil"), self.fluid.phase_positions("oil")[:, 0]
         behind = (x - FLUME.skirt_place) / DRAFT
