@@ -6,6 +6,7 @@ import gc
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numba import config
 from numba.core.event import Event, Listener, register
 from numba.core.registry import CPUDispatcher
@@ -75,3 +76,7 @@ class WithoutCollector(Listener):
 
 register("numba:compile", WithoutCollector())
 kernel_cache.install()
+
+
+ZERO, HALF, ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+TWO, THREE = np.float32(2.0), np.float32(3.0)

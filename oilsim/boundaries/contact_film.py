@@ -27,8 +27,7 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import ALLOCATING, FAST, inlined
 from oilsim.boundaries.contacts import BodyPairs, Contacts, add_wrench
 from oilsim.boundaries.walls import Walls
-from oilsim.neighborhood.neighbor_search import nearest_images
-from oilsim.neighborhood.neighborhood import Neighborhood
+from oilsim.neighborhood.neighbor_search import Neighborhood, nearest_images
 from oilsim.neighborhood.smoothing_kernels import kernel_slope_over_q
 
 Real = NDArray[np.float32]

@@ -22,8 +22,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import ONE, ZERO
-from oilsim.backend.jit import FAST
+from oilsim.backend.jit import FAST, ONE, ZERO
 from oilsim.boundaries.contacts import BodyPairs
 from oilsim.boundaries.walls import Walls
 from oilsim.neighborhood.neighbor_search import nearest_images

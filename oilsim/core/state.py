@@ -59,7 +59,7 @@ class FluidState:
     the phases, id (N,) never reused,
     pressure_impulse (N,) kappa / rho_ref = p dt / rho_ref [m2/s], the warm start of the pressure solve, for dt = time_step [s];
     step [s]: length of the step that has begun, of which `time_left` [s] is still to pass; 0 between steps.
-    viscous_time (phases,) [s]: time by which the viscosity of each liquid lags (`lagged_viscosity`).
+    viscous_time (phases,) [s]: time by which the viscosity of each liquid lags (`step.stages.viscosity`).
     The last `asleep` particles do not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
     confinement: as in the last step (`step.stages.relaxation`).
     rest_top [m]: height below which the pressure of water at rest acted by its slope in the last step (`rest_pressure`).

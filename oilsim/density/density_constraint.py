@@ -17,8 +17,7 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.backend.float32 import ONE, ZERO
-from oilsim.backend.jit import FAST
+from oilsim.backend.jit import FAST, ONE, ZERO
 from oilsim.backend.simd import LANES, below, gather, load, only, root, spread, summed
 from oilsim.backend.thread_team import BLOCK
 from oilsim.boundaries.contacts import add_wrench

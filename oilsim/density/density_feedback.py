@@ -29,8 +29,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import HALF, ONE, TWO, ZERO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, HALF, ONE, TWO, ZERO, inlined
 from oilsim.boundaries.boundary_particles import plane_integral
 from oilsim.gradients.flow import velocity_gradient
 from oilsim.gradients.free_surface import SPRAY

@@ -48,8 +48,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import HALF, ONE, TWO, ZERO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, HALF, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, above_zero, below, gather, gather_four, load, only, root, spread, summed
 from oilsim.backend.thread_team import BLOCK
 from oilsim.gradients.flow import GRADIENT, LIQUID, STRENGTH, WEIGHT, velocity_gradient

@@ -24,9 +24,9 @@ from oilsim.fluid.views import FluidView
 from oilsim.forcing import Forcing, ForcingView
 from oilsim.step.arrays import StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
-from oilsim.step.paper.scheme import paper_step
+from oilsim.step.paper_scheme import paper_step
 from oilsim.step.schemes import fall, move, split_step
-from oilsim.step.stages.forces import apply_forcings
+from oilsim.step.stages.explicit import apply_forcings
 from oilsim.step.time_step import (
     cfl_time_step,
     equal_steps,

@@ -36,8 +36,7 @@ from enum import IntEnum
 import numpy as np
 from numba import njit
 
-from oilsim.backend.float32 import ONE, ZERO
-from oilsim.backend.jit import FAST
+from oilsim.backend.jit import FAST, ONE, ZERO
 from oilsim.backend.simd import LANES, above_zero, below, gather, load, only, spread, store, summed
 
 # [1] |g_i| d from which a particle lies at a free surface; measured; the flat surface of a lattice has 0.44, the layer

@@ -31,8 +31,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import HALF, ONE, THREE, TWO, ZERO
-from oilsim.backend.jit import inlined
+from oilsim.backend.jit import HALF, ONE, THREE, TWO, ZERO, inlined
 from oilsim.backend.simd import gather_four
 from oilsim.gradients.symmetric_3x3 import inverse, smallest_eigenvalue
 

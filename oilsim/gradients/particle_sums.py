@@ -17,8 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from oilsim.backend.float32 import ONE, ZERO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, ONE, ZERO, inlined
 from oilsim.backend.simd import LANES, below, gather_four, load, only, root, spread, summed
 from oilsim.gradients.flow import GRADIENT, set_velocity_gradient
 from oilsim.gradients.gradient_correction import fill_correction

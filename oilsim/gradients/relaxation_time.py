@@ -25,8 +25,7 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.backend.float32 import TWO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, TWO, inlined
 from oilsim.backend.thread_team import BLOCK
 from oilsim.gradients.flow import velocity_gradient
 

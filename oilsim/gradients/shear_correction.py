@@ -21,8 +21,7 @@ import math
 import numpy as np
 from numba import njit
 
-from oilsim.backend.float32 import HALF, ONE, ZERO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, HALF, ONE, ZERO, inlined
 from oilsim.backend.simd import LANES, below, load, only, root, spread, summed
 from oilsim.gradients.gradient_correction import times_mean_correction
 from oilsim.gradients.relaxation_time import squared_shear_rate

@@ -20,8 +20,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import ONE, ZERO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, ONE, ZERO, inlined
 from oilsim.backend.thread_team import BLOCK, Team
 from oilsim.core.config import FluidConfig
 from oilsim.neighborhood.cell_grid import find_extent

@@ -30,8 +30,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import ONE, TWO, ZERO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
 from oilsim.backend.thread_team import BLOCK
 from oilsim.gradients.gradient_correction import mean_correction_at_walls, times_mean_correction, times_symmetric

@@ -8,8 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import ONE, ZERO
-from oilsim.backend.jit import FAST
+from oilsim.backend.jit import FAST, ONE, ZERO
 from oilsim.backend.simd import LANES, above_zero, below, load, only, positive, spread, store, summed
 from oilsim.backend.thread_team import BLOCK
 

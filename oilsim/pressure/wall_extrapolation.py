@@ -24,8 +24,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import HALF, ONE, THREE, ZERO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, HALF, ONE, THREE, ZERO, inlined
 from oilsim.backend.simd import LANES, below, load, spread, summed
 from oilsim.gradients.gradient_correction import times_symmetric
 from oilsim.gradients.symmetric_3x3 import inverse, smallest_eigenvalue

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from oilsim.boundaries.contacts import NO_BODY_PAIRS, NO_CONTACTS, BodyPairs, Contacts
 from oilsim.gradients.free_surface import FreeSurface
-from oilsim.neighborhood.neighbor_search import Pairs
-from oilsim.neighborhood.neighborhood import Neighborhood
+from oilsim.neighborhood.neighbor_search import Neighborhood, Pairs
 from oilsim.pressure.pressure_gradient import PairVectors, PressureSums, PressureVectors
 from oilsim.pressure.wall_extrapolation import WallPressure
 from oilsim.step.context import StepContext
@@ -137,7 +136,7 @@ class StepArrays:
 
 
 def reserved(kept: NDArray[Any], pairs: Pairs) -> NDArray[Any]:
-    """Return storage (3, P) for a vector per pair, in the unit of `kept`, which is reused while it is large enough."""
+    """Return storage (3, P) for a vector per pair [1/m]: `kept` while it is large enough; contents are undefined."""
     return kept if kept.shape[1] >= pairs.neighbor.size else np.empty((3, pairs.neighbor.size), kept.dtype)
 
 

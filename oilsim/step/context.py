@@ -24,8 +24,7 @@ from oilsim.density.particle_shifting import SETTLING, shift_balance
 from oilsim.gradients.gradient_correction import exact_share, largest_stretch
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit
 from oilsim.gradients.shear_correction import STRETCH
-from oilsim.neighborhood.neighbor_search import NeighborSearch, Pairs, make_grid
-from oilsim.neighborhood.neighborhood import Neighborhood
+from oilsim.neighborhood.neighbor_search import Neighborhood, NeighborSearch, Pairs, make_grid
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver
 from oilsim.pressure.coarse_grid import CoarsePressure

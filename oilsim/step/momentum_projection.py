@@ -25,14 +25,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import FAST
+from oilsim.backend.jit import EXACT, FAST
 from oilsim.core.state import FluidState
 from oilsim.step.arrays import Neighbors
 from oilsim.step.context import StepClock, StepContext
 
 Double = NDArray[np.float64]
 
-EXACT = FAST | {"fastmath": False}  # a compiler that may take (a - b) + b for a leaves no errors to share out
 # [m d^2] moment of inertia up to which nothing is turned about its axis; numerical; particles nearly in a row are not spun about it
 ROW = 1e-3
 

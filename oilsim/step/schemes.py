@@ -1,17 +1,17 @@
 """One time step, stage by stage.
 
-    advect                 x += dt v                                                            `stages.advection`
+    advect                 x += dt v                                                            `stages.explicit`
     part_sleepers          regions at rest fall asleep, others wake                             `sleeping_regions`
-    search_neighbors       lists of fluid and wall neighbours                                   `stages.search`
+    search_neighbors       lists of fluid and wall neighbours                                   `stages.pairs`
     relax_positions        neighbour sums; density, order and smoothing: positions move,        `stages.relaxation`
                            velocities only as the flow's field asks
-    cache_pair_gradients   pair vectors, the pressure operator's diagonal                       `stages.gradients`
+    cache_pair_gradients   pair vectors, the pressure operator's diagonal                       `stages.pairs`
     begin_viscosity        the viscosity that is due; the motion before forces act              `stages.viscosity`
-    add_gravity            v += dt g, bodies: V += dt A                                         `stages.forces`
-    press_films            liquid too thin for particles presses on bodies                      `stages.forces`
-    apply_forcings         currents, waves, wind                                                `stages.forces`
-    apply_adhesion         liquid is drawn to walls                                             `stages.forces`
-    apply_tension          interfaces pull along themselves                                     `stages.forces`
+    add_gravity            v += dt g, bodies: V += dt A                                         `stages.explicit`
+    press_films            liquid too thin for particles presses on bodies                      `stages.explicit`
+    apply_forcings         currents, waves, wind                                                `stages.explicit`
+    apply_adhesion         liquid is drawn to walls                                             `stages.explicit`
+    apply_tension          interfaces pull along themselves                                     `stages.explicit`
     apply_last_pressure    v -= u of the last step's pressure, bodies responding                `stages.pressure`
     apply_viscosity        implicitly, or explicitly where it is mild                           `stages.viscosity`
     project_velocity       bounded solve for the change of pressure, bodies responding          `stages.pressure`
@@ -19,9 +19,9 @@
     project_momentum       liquid off the walls gets lost momentum back                         `momentum_projection`
 
 Positions and velocities are constrained apart: a density error is carried to the next step, not converted into motion. The scheme of
-Qiu et al. 2021, which feeds it back, is in `oilsim.step.paper`. Advection comes first and on its own, since bodies and frames may cut it
-in pieces (see `Fluid.advance`). Stages take the arrays that they read, and return what they make; this file alone knows their order, their
-clock, and where their results go.
+Qiu et al. 2021, which feeds it back, is in `oilsim.step.paper_scheme`. Advection comes first and on its own, since bodies and frames may
+cut it in pieces (see `Fluid.advance`). Stages take the arrays that they read, and return what they make; this file alone knows their order,
+their clock, and where their results go.
 """
 
 from __future__ import annotations
@@ -33,13 +33,19 @@ from oilsim.core.state import FluidState
 from oilsim.step.arrays import StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
 from oilsim.step.momentum_projection import MomentumProjection
-from oilsim.step.stages.advection import advect, wrap_periodic
 from oilsim.step.stages.contact import apply_wall_contact
-from oilsim.step.stages.forces import Drive, add_gravity, apply_adhesion, apply_tension, press_films
-from oilsim.step.stages.gradients import cache_pair_gradients
+from oilsim.step.stages.explicit import (
+    Drive,
+    add_gravity,
+    advect,
+    apply_adhesion,
+    apply_tension,
+    press_films,
+    wrap_periodic,
+)
+from oilsim.step.stages.pairs import cache_pair_gradients, search_neighbors
 from oilsim.step.stages.pressure import apply_last_pressure, project_velocity
 from oilsim.step.stages.relaxation import relax_positions
-from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.viscosity import ViscousStep, apply_viscosity, begin_viscosity, viscous_system
 
 

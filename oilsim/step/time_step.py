@@ -43,8 +43,7 @@ from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather, load, only, positive, root, spread, summed
 from oilsim.core.config import swing_time_step
 from oilsim.core.state import FluidState
-from oilsim.neighborhood.neighbor_search import nearest_images, rows
-from oilsim.neighborhood.neighborhood import Neighborhood
+from oilsim.neighborhood.neighbor_search import Neighborhood, nearest_images, rows
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
 from oilsim.pressure.rest_pressure import rest_pressure
 from oilsim.step.context import StepContext

@@ -33,8 +33,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.float32 import ONE, TWO, ZERO
-from oilsim.backend.jit import FAST, inlined
+from oilsim.backend.jit import FAST, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, spread, summed
 from oilsim.boundaries.contacts import add_wrench
 from oilsim.gradients.particle_sums import REGULAR, coverage_and_slope

@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, gather_four, load, spread, summed
 from oilsim.backend.thread_team import Team, block_count, total
-from oilsim.neighborhood.neighbor_search import fill_rows
-from oilsim.neighborhood.neighborhood import Neighborhood
+from oilsim.neighborhood.neighbor_search import Neighborhood, fill_rows
 from oilsim.pressure.bounded_solver import dot
 from oilsim.pressure.pressure_gradient import load_vector
 from oilsim.viscosity.pair_stiffness import (

@@ -37,7 +37,7 @@ from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
 from oilsim.step.arrays import Neighbors, NeighborSums
 from oilsim.step.context import StepContext
 from oilsim.step.stages.contact import plate_guard
-from oilsim.step.stages.search import place_points
+from oilsim.step.stages.pairs import place_points
 
 # [1] share of the particles that may be near a surface while the liquid still counts as filling its box; measured; see docs/numerics.md
 VOIDS = 0.005

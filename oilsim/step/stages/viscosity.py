@@ -1,4 +1,9 @@
-"""The stage of a step in which viscosity acts, explicitly or implicitly."""
+"""The stage of a step in which viscosity acts, explicitly or implicitly, and at once or with a lag.
+
+A liquid so thin that one step changes nothing gets the viscosity of many steps at once. Each liquid has its own lag, so that sea water
+beside thick oil costs no more than alone. The shear between two liquids goes with the thinner one: their harmonic mean is its viscosity, or
+up to twice that.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +15,12 @@ from numpy.typing import NDArray
 from oilsim.core.state import FluidState
 from oilsim.step.arrays import Neighbors, PairArrays
 from oilsim.step.context import StepContext
-from oilsim.viscosity.lagged_viscosity import NEGLIGIBLE, Due, viscosity_due
 from oilsim.viscosity.pair_stiffness import PairGradients, ViscousLiquid, wall_factor
 from oilsim.viscosity.viscous_response import Motion, ViscousResponse
 from oilsim.viscosity.viscous_system import ViscousSystem, implicit_share, is_mild
 
 Real = NDArray[np.float32]
+Double = NDArray[np.float64]
 Phases = NDArray[np.uint8]
 
 
@@ -29,7 +34,7 @@ class ViscousStep(NamedTuple):
 def begin_viscosity(context: StepContext, state: FluidState, time_step: float) -> ViscousStep:
     """Find the viscosity that is due in a step of `time_step` [s], before the forces of the step act; the state's lag follows.
 
-    Liquids so thin that a step changes nothing lag (see `lagged_viscosity`). The trapezoidal rule takes viscosity from the motion at both
+    The trapezoidal rule takes viscosity from the motion at both
     ends of a step, and forces from neither. If it took v + dt a for the motion at the step's beginning, thick liquid would overshoot what
     forces do, and pressure that answers from step to step would grow.
     """
@@ -125,3 +130,42 @@ def viscous_system(
         no_slip = np.divide(no_slip * held, walls.volume, out=np.zeros_like(held), where=walls.volume > 0.0)
     system.assemble(walls.points, no_slip, config.particle_spacing, config.dimension, surface)
     return system
+
+
+# [1] nu t / d^2 up to which viscosity waits; theory; decay of the finest wave, of 2 d, is off by (10 of this)^2 / 2
+NEGLIGIBLE = 1e-3
+
+
+class Due(NamedTuple):
+    """The viscosity that is due in a step.
+
+    span    time for which it acts [s], 0 if none is due
+    matrix  (P, P) float32, viscosities of pairs of the P liquids [Pa s]
+    number  largest viscous number nu t / d^2 [1]
+    lagged    (P,) time for which each liquid's viscosity lags after the step [s]
+    """
+
+    span: float
+    matrix: NDArray[np.float32]
+    number: float
+    lagged: Double
+
+
+def viscosity_due(
+    lagged: Double, viscosity: Double, matrix: NDArray[np.float32], per_number: Double, least: float
+) -> Due:
+    """Return the viscosity that is due of P liquids.
+
+    lagged        (P,) time for which each liquid's viscosity lags [s]
+    viscosity   (P,) [Pa s], 0 of liquids that are absent
+    matrix      (P, P) float32, viscosities of pairs [Pa s]
+    per_number  (P,) rho d^2 [kg/m]
+    least       viscous number from which on a liquid's viscosity is due [1]
+    """
+    number = viscosity * lagged / per_number
+    due = (viscosity > 0.0) & (number >= least)
+    span = float(lagged[due].max(initial=0.0))
+    rank = np.argsort(np.argsort(viscosity, kind="stable"))
+    thinner = np.where(rank[:, None] < rank, *np.indices(matrix.shape))
+    share = np.divide(lagged, span, out=np.zeros_like(lagged), where=due)[thinner]
+    return Due(span, matrix * share.astype(np.float32), float(number[due].max(initial=0.0)), np.where(due, 0.0, lagged))

@@ -9,10 +9,9 @@ from oilsim import Phase, block
 from oilsim.core.state import Confinement
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q, normalisation
 from oilsim.step.arrays import NeighborSums, StepArrays
-from oilsim.step.stages.gradients import cache_pair_gradients
+from oilsim.step.stages.pairs import cache_pair_gradients, search_neighbors
 from oilsim.step.stages.pressure import PressureOperator, minority_phases
 from oilsim.step.stages.relaxation import carry_along, confinement, mean_compression, relax_positions
-from oilsim.step.stages.search import search_neighbors
 from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity, viscous_system
 from tests.oilsim.step.stages.conftest import SPACING, state_of
 

@@ -1,4 +1,4 @@
-"""The stage of a step that stores pair vectors, and the sums of them that the pressure operator needs."""
+"""The stages of a step that list all neighbours, and that store pair vectors with the sums of them that the pressure operator needs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,35 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.boundaries.contacts import gather_contacts
+from oilsim.backend.thread_team import Team
+from oilsim.boundaries.contacts import gather_contacts, list_body_pairs
+from oilsim.core.state import FluidState
 from oilsim.gradients.shear_correction import correct_for_shear
+from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.pressure.pressure_gradient import PressureSums, cache_gradients
 from oilsim.pressure.wall_extrapolation import WallPressure
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays, reserved
 from oilsim.step.context import StepContext
-from oilsim.step.stages.search import place_points
+
+
+def search_neighbors(context: StepContext, state: FluidState) -> Neighbors:
+    """List all neighbours at the present positions; the state is sorted by cell."""
+    constants, walls = context.constants, context.walls
+    fluid, solid = context.lists.update(state, walls)
+    neighborhood = context.neighborhood(state.listed, fluid, solid)
+    weight = constants.weights.take(state.phase)
+    rest_density = constants.densities.astype(np.float32).take(state.phase)
+    pairs, touching = list_body_pairs(walls.particles, solid, state.awake)
+    by_body = np.zeros(state.listed, bool)
+    by_body[touching] = True
+    neighbors = Neighbors(neighborhood, weight, rest_density, pairs, touching, by_body, state.awake)
+    place_points(context.team, neighbors, state.position)
+    return neighbors
+
+
+def place_points(team: Team, neighbors: Neighbors, position: NDArray[np.float32]) -> None:
+    """Put the particles, now at `position` (3, N) [m], and their weights side by side for kernels that gather them."""
+    team.run(fill_rows, len(neighbors.points), position, neighbors.weight, neighbors.points)
 
 
 def cache_pair_gradients(

@@ -9,8 +9,15 @@ from oilsim import BoundaryParticles, Phase
 from oilsim.boundaries.adhesion import adhesion_scale
 from oilsim.boundaries.walls import MovingBody
 from oilsim.forcing import ForcingView
-from oilsim.step.stages.forces import add_gravity, apply_adhesion, apply_forcings, apply_tension
-from oilsim.step.stages.search import search_neighbors
+from oilsim.step.stages.explicit import (
+    add_gravity,
+    advect,
+    apply_adhesion,
+    apply_forcings,
+    apply_tension,
+    wrap_periodic,
+)
+from oilsim.step.stages.pairs import search_neighbors
 from tests.oilsim.step.stages.conftest import SPACING, state_of
 
 WORK, AREA, DISTANCE, STEP = 0.05, 0.01, 0.12, 0.5
@@ -82,3 +89,17 @@ def test_forcings_act_one_after_the_other():
 def test_a_forcing_across_the_plane_is_refused():
     with pytest.raises(ValueError, match="Push moves liquid along y, allowed: x and z in two dimensions"):
         apply_forcings([Push((0, 1, 0))], view_of(np.zeros((3, 1), np.float32)), plane=True)
+
+
+def test_particles_move_by_their_velocities():
+    position, velocity = np.array([[1.0], [2.0], [3.0]], np.float32), np.array([[4.0], [-2.0], [0.5]], np.float32)
+    advect(position, velocity, 0.25)
+    np.testing.assert_array_equal(position, [[2.0], [1.5], [3.125]])
+
+
+def test_only_periodic_axes_wrap():
+    position = np.array([[2.25, -1.5, 0.5]] * 3, np.float32)
+    wrap_periodic(position, (-1.0, 0.0, 0.0), (np.float32(2.0), np.float32(0.0), np.float32(1.0)))
+    np.testing.assert_array_equal(position, [[0.25, 0.5, 0.5], [2.25, -1.5, 0.5], [0.25, 0.5, 0.5]])
+    wrap_periodic(position, (-1.0, 0.0, 0.0), None)
+    assert position[1, 0] == 2.25

@@ -7,7 +7,7 @@ import pytest
 
 from oilsim import Phase, block
 from oilsim.step.stages import viscosity as viscosity_stage
-from oilsim.viscosity.lagged_viscosity import viscosity_due
+from oilsim.step.stages.viscosity import viscosity_due
 from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 SPACING, STEP = 1.0 / 24.0, 0.01

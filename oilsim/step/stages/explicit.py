@@ -1,6 +1,6 @@
-"""The stages of a step in which explicit forces act: gravity, films, forcings, adhesion, interfacial tension.
+"""The explicit stages of a step: advection, gravity, films, forcings, adhesion, interfacial tension.
 
-Each changes velocities in place, and returns the force on moving bodies, whose opposite acts on the liquid.
+Each changes positions or velocities in place; forces on moving bodies are returned, and their opposites act on the liquid.
 """
 
 from __future__ import annotations
@@ -22,6 +22,21 @@ Real = NDArray[np.float32]
 Double = NDArray[np.float64]
 Phases = NDArray[np.uint8]
 Drive = Callable[[float], None]  # adds to the velocities what drives the liquid in a step of so many seconds
+
+
+def advect(position: Real, velocity: Real, time_step: float) -> None:
+    """Move particles at `position` (3, N) [m], in place, by their `velocity` (3, N) [m/s]."""
+    position += np.float32(time_step) * velocity
+
+
+def wrap_periodic(position: Real, lower: Sequence[float], period: Sequence[np.float32] | None) -> None:
+    """Bring particles at `position` (3, N) [m], in place, that crossed a periodic side back in at the other.
+
+    lower (3,): corner of the domain [m]; period (3,): lengths of the axes that repeat [m], 0 of the others; None if none does.
+    """
+    for axis, length in enumerate(period or ()):
+        if length > 0.0:
+            position[axis] -= length * np.floor((position[axis] - np.float32(lower[axis])) / length)
 
 
 def add_gravity(velocity: Real, gravity: Sequence[float], time_step: float) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from oilsim import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
-from oilsim.step.stages.search import search_neighbors
+from oilsim.step.stages.pairs import search_neighbors
 from tests.oilsim.step.stages.conftest import state_of
 
 
