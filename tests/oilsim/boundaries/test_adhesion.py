@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from oilsim import Phase, block
+from oilsim import BoundaryParticles, Phase, block, tank_walls
 from oilsim.boundaries.adhesion import adhesion_scale
-from oilsim.boundaries.boundary_particles import BoundaryParticles, tank_walls
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
 from oilsim.step.schemes import attract
 from tests.oilsim.conftest import search

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from oilsim import Phase, block
-from oilsim.boundaries.boundary_particles import tank_walls
+from oilsim import Phase, block, tank_walls
 from oilsim.forcing import ForcingView
 from oilsim.sea import KaimalGusts, RegularWaves, SeaForcing, WindDrift, Zone
 from oilsim.sea.wind_stress import wind_stress
