@@ -124,6 +124,3 @@ class SkimmingParticipant(Participant):
         """Return and forget what has happened since the last call."""
         told, self._told = self._told, []
         return told
-
-    def terminate(self) -> None:
-        """Do nothing: a skimmer holds no resources."""

@@ -95,6 +95,3 @@ class ClientLinksParticipant(Participant):
     def restore_state(self, state: object) -> None:
         """Refuse with NotImplementedError, as `save_state` does."""
         raise NotImplementedError("the client is somebody else's, whose state pybullet.restoreState restores")
-
-    def terminate(self) -> None:
-        """Leave the client to its owner."""

@@ -29,19 +29,22 @@ from recordings.model.frame import Event, Frame, RunDescription
 
 
 class Observer(Protocol):
-    """Watches a run; see the module's contract."""
+    """Watches a run; see the module's contract. A class that derives from it does nothing in the methods that it leaves out."""
 
     def initialized(self, run: RunDescription) -> None:
         """Take note that the run `run` begins now."""
+        return
 
     def step_completed(self, frame: Frame) -> None:
         """Take the frame of the communication point that the run has reached."""
 
     def event(self, event: Event) -> None:
         """Take an event that deserves a line in the log."""
+        return
 
     def terminated(self, reason: str) -> None:
         """Take note that the run has ended, for `reason`; no call follows."""
+        return
 
 
 @dataclass(frozen=True)

@@ -277,6 +277,3 @@ class SlickParticipant(Participant):
         """Go back to a state that `save_state` returned; errors are those of `SavedFields`."""
         super().restore_state(state)
         self._read()
-
-    def terminate(self) -> None:
-        """Do nothing: a slick holds no resources."""

@@ -26,7 +26,7 @@ from coupling.master.participant import (
 )
 from oilsim.fluid.checks import finite
 from recordings.files.errors import RecordingError
-from recordings.model.frame import Event, Frame, RunDescription
+from recordings.model.frame import Frame
 
 SHORTER = 0.75  # of the full step: the rest after an early return, and half a discarded step, are shorter
 STALL = 0.5  # [s] of wall time that a hanging participant or observer in this process takes; chosen: longer than any step of a test
@@ -146,7 +146,7 @@ class FaultyParticipant(Participant):
         self._participant.terminate()
 
 
-class FaultyObserver:
+class FaultyObserver(Observer):
     """An observer, such as a viewer, that raises RecordingError (EXCEPTION) or stalls for STALL (HANG).
 
     It does so once, at the first frame at or after `at_time` [s]. Raises TypeError and ValueError for another fault or time.
@@ -156,9 +156,6 @@ class FaultyObserver:
         require_fault(fault, at_time, OBSERVERS_FAULTS)
         self.fault, self.at_time, self._has_failed = fault, at_time, False
 
-    def initialized(self, run: RunDescription) -> None:
-        """Take the beginning without a fault."""
-
     def step_completed(self, frame: Frame) -> None:
         """Fail once, when it is time."""
         if self._has_failed or frame.time < self.at_time - 1e-9:
@@ -167,12 +164,6 @@ class FaultyObserver:
         if self.fault is Fault.EXCEPTION:
             raise RecordingError("of the viewer", f"exception injected at {self.at_time:g} s")
         wall_clock.sleep(STALL)
-
-    def event(self, event: Event) -> None:
-        """Take an event without a fault."""
-
-    def terminated(self, reason: str) -> None:
-        """Take the end without a fault."""
 
 
 def require_fault(fault: Fault, at_time: float, allowed: Sequence[Fault]) -> None:

@@ -65,16 +65,13 @@ class Limits:
         return [] if self.seconds is None and self.particles is None else [_Watcher(self)]
 
 
-class _Watcher:
+class _Watcher(Observer):
     """Counts the steps of one run but the first, in which kernels may be compiled; CheckFailed beyond a limit."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         self._before: float | None = None
         self._seen = 0
-
-    def initialized(self, run: RunDescription) -> None:
-        """Do nothing."""
 
     def step_completed(self, frame: Frame) -> None:
         """Count time and particles."""
@@ -91,12 +88,6 @@ class _Watcher:
                 f"steps have taken {limits.spent:.3g} s, allowed by oilsim_limits: {limits.seconds:g} s"
             )
         self._before = wall_clock.perf_counter()
-
-    def event(self, event: Event) -> None:
-        """Do nothing."""
-
-    def terminated(self, reason: str) -> None:
-        """Do nothing."""
 
 
 class LimitExceeded(AssertionError):
@@ -201,7 +192,7 @@ class TestBench:
         return True
 
 
-class _FirstStep:
+class _FirstStep(Observer):
     """Lets one worker at a time make the first step of a run, so that the first compiles the kernels and the others load them."""
 
     def __init__(self) -> None:
@@ -216,9 +207,6 @@ class _FirstStep:
         """Let the others go on after the first step."""
         if frame.index > 0:
             self._lock.close()
-
-    def event(self, event: Event) -> None:
-        """Do nothing."""
 
     def terminated(self, reason: str) -> None:
         """Let the others go on."""

@@ -434,7 +434,7 @@ def test_bad_input_ends_with_2(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert main(["export-fmu", "u-sweep", "-o", str(tmp_path / "no" / "x.fmu")]) == 2
-    assert "allowed: a file name in an existing folder" in capsys.readouterr().err
+    assert "allowed: a file in an existing folder" in capsys.readouterr().err
     assert main(["build-fmu", "tow-wich"]) == 2
     assert "model 'tow-wich' is no Python file, allowed: a .py file" in capsys.readouterr().err
     monkeypatch.setattr("coupling.fmu.export.PACKAGES", {2: "no_such_package", 3: "no_such_package"})
