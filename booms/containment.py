@@ -1,17 +1,17 @@
-"""The oil that a towed boom holds, and the ways by which the rest was lost.
+"""The standing of oil particles towards booms: which ones a boom holds, which it has lost, and by what cause.
 
 Resolved by the particles, and only classified here: what flows under the skirt, over the top, around the ends or
 through the line of the boom, for parcels of at least one particle. Modelled by the closures of `booms.losses`: what is finer than a
 particle, first of all droplets torn off the oil's head wave. The closures tell the account of each particle that they carry out
-(`ContainmentTracker.lose`), and the account keeps both kinds of loss apart.
+(`Containment.lose`), and both kinds of loss are kept apart. The oil ledger (`oilsim.oil.ledger`) reads the volumes here.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT
 from oilsim.core.physical_constants import HOUR, NAUTICAL_MILE
-from oilsim.slick.loss_cause import CAUSES, LossCause
+from oilsim.oil.fates import Fate, LossCause
+from oilsim.oil.ledger import BoomOil, OilRows, by_cause, rows_of
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ MODELLED = "by closures, what is finer than a particle: droplet entrainment, and
 
 
 class _Fate(IntEnum):
-    """Standing of a particle in the account."""
+    """Standing of a particle towards a boom."""
 
     FREE = 0
     RETAINED = 1
@@ -41,11 +42,12 @@ class _Fate(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class ContainmentOptions:
-    """Rules and sizes that the account goes by.
+    """Rules and sizes by which a boom's oil is told.
 
     skirt_depth, freeboard [m] of the boom at its design waterline; particle_volume [m3]; hysteresis [m]: how far past
     the boom's line a particle must be to count as lost, or as back inside; one particle spacing is sensible.
     entrainment_speed [m/s] normal to the boom: 0.7 knots in practice, whatever the size of the boom.
+    grace [s] for which what particles have lost counts as held: until the closures, which may put it back, have looked at it.
     period [m] of the sea along x and y, 0 along an axis on which it does not repeat: inside is inside across its periodic sides.
 
     Raises ValueError for a size, volume or entrainment speed that is not above 0.
@@ -57,70 +59,13 @@ class ContainmentOptions:
     hysteresis: float
     kinematic_viscosity: float = 0.0
     entrainment_speed: float = PRACTICE_SPEED
+    grace: float = 0.0
     period: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         for name in ("skirt_depth", "freeboard", "particle_volume", "hysteresis", "entrainment_speed"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"containment: {name} is {getattr(self, name):g}, allowed: above 0")
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContainmentReport:
-    """The account of a boom at one time [s]; volumes in m3.
-
-    inside, outside       all oil in the water, by its place in plan
-    retained, free, lost  the oil by its history; free oil has never been inside
-    removed               oil that has left the simulated water without being lost
-    recovered             oil that was lost and taken back, summed over time
-    returned              oil that was lost, left the sea across a side that repeats, and came in again, summed over time
-    returned_modelled     the part of it that closures had carried out
-    lost_by_cause         the oil that is lost now, by cause
-    lost_modelled         the part of it that closures carried out, by cause; the rest is resolved
-    normal_speed [m/s], skirt_angle [rad]  largest along the boom
-    effective_draft [m]   smallest along the boom; gap_ratio [-]
-    """
-
-    time: float
-    inside: float
-    outside: float
-    retained: float
-    free: float
-    lost: float
-    removed: float
-    recovered: float
-    returned: float
-    returned_modelled: float
-    lost_by_cause: Mapping[str, float]
-    lost_modelled: Mapping[str, float]
-    gap_ratio: float
-    normal_speed: float
-    effective_draft: float
-    skirt_angle: float
-
-    @property
-    def passed(self) -> float:
-        """Return the oil [m3] that has gone past the boom since the start, less what the boom took back.
-
-        Oil that came in again across a side that repeats has passed: to a boom at sea it would be other oil.
-        """
-        return self.lost + self.returned
-
-    @property
-    def passed_modelled(self) -> float:
-        """Return the part [m3] of `passed` that closures carried out."""
-        return math.fsum(self.lost_modelled.values()) + self.returned_modelled
-
-    def scalars(self) -> dict[str, float]:
-        """Return the account by the names of its series in a recording."""
-        names = ("retained", "free", "lost", "removed", "recovered", "inside", "outside")
-        values = {f"metrics/oil_{name}": float(getattr(self, name)) for name in names}
-        values |= {f"metrics/oil_lost/{cause}": volume for cause, volume in self.lost_by_cause.items()}
-        values |= {f"metrics/oil_lost_modelled/{cause}": volume for cause, volume in self.lost_modelled.items()}
-        values["metrics/oil_lost_modelled"] = math.fsum(self.lost_modelled.values())
-        values |= {"metrics/oil_passed": self.passed, "metrics/oil_passed_modelled": self.passed_modelled}
-        shape = ("gap_ratio", "normal_speed", "effective_draft", "skirt_angle")
-        return values | {f"metrics/{name}": float(getattr(self, name)) for name in shape}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -139,14 +84,16 @@ class Standing:
     segment: NDArray[np.int16]
 
 
-_BY_PARTICLE = ("_fate", "_was_inside", "_cause", "_known", "_lost_at", "_modelled", "_segment", "_place", "_wrapped")
+_BY_PARTICLE = (
+    "_fate", "_was_inside", "_cause", "_known", "_lost_at", "_modelled", "_segment", "_place", "_wrapped", "_pending",
+)  # fmt: skip
 
 
-class ContainmentTracker:
-    """The account of every oil particle by its id, from update to update.
+class Containment:
+    """The standing of every oil particle towards one boom, by its id, from update to update.
 
     A particle is inside if it lies in the polygon of the boom's line, closed across the gap. It is retained once it is inside. It is lost
-    once it is farther outside than the hysteresis, and retained again once it is that far inside: taken back, or returned if it has
+    once it is farther outside than the hysteresis, and retained again once it is that far inside: re-contained, or returned if it has
     meanwhile come round a sea that repeats. The cause is chosen when the particle crosses the line, by the edge that it is nearest to,
     and becomes final when the particle is lost:
 
@@ -171,7 +118,8 @@ class ContainmentTracker:
         self._segment = np.zeros(0, dtype=np.int16)
         self._place = np.zeros((0, 2))  # [m] in plan, at the last update
         self._wrapped = np.zeros(0, dtype=np.bool_)  # has come round a sea that repeats since it was lost
-        self._recovered, self._returned, self._returned_modelled = 0, 0, 0
+        self._pending = np.zeros(0, dtype=np.bool_)  # lost within the grace, and still held as long as that
+        self._recontained, self._returned, self._returned_modelled = 0, 0, 0
 
     def update(
         self,
@@ -182,8 +130,8 @@ class ContainmentTracker:
         *,
         water_level: float,
         current: tuple[float, float] = (0.0, 0.0),
-    ) -> ContainmentReport:
-        """Bring the account to `time` [s] with the oil particles in the water: position (N, 3) [m], ids (N,)."""
+    ) -> BoomOil:
+        """Bring all to `time` [s] with the oil particles in the water: position (N, 3) [m], ids (N,); return the boom's oil."""
         index = ids.astype(np.int64)
         self._make_room(index)
         line = boom.line()
@@ -194,22 +142,11 @@ class ContainmentTracker:
         self._note_ways_round(index, points)
         self._settle_fates(time, index, signed, inside)
         self._was_inside[index] = inside
-        return self._report(time, index, inside, boom, water_level, np.array(current))
-
-    def update_without_particles(
-        self, time: float, boom: BoomState, *, water_level: float, current: tuple[float, float] = (0.0, 0.0)
-    ) -> ContainmentReport:
-        """Return the report at `time` [s] of a run whose oil is no particles: the boom's shape, and no oil."""
-        none = dict.fromkeys(("inside", "outside", "retained", "free", "lost", "removed", "recovered"), 0.0)
-        return ContainmentReport(
-            time=time,
-            **none,
-            returned=0.0,
-            returned_modelled=0.0,
-            lost_by_cause=dict.fromkeys(CAUSES, 0.0),
-            lost_modelled=dict.fromkeys(CAUSES, 0.0),
-            **self._shape(boom, water_level, np.array(current)),
-        )
+        present = np.zeros(len(self._fate), dtype=np.bool_)
+        present[index] = True
+        recent = (time - self._lost_at <= self.options.grace) & (self.options.grace > 0.0)
+        self._pending = present & (self._fate == _Fate.LOST) & ~self._modelled & recent
+        return self._oil(present, inside)
 
     def lose(self, time: float, particle: int, cause: LossCause, segment: int) -> None:
         """Count a retained particle as lost at `time` [s] by a closure, which has carried it past `segment`.
@@ -220,18 +157,20 @@ class ContainmentTracker:
             raise ValueError(f"particle {particle} is not held by the boom, allowed: one that is")
         self._fate[particle], self._cause[particle], self._lost_at[particle] = _Fate.LOST, cause, time
         self._modelled[particle], self._segment[particle], self._was_inside[particle] = True, segment, False
-        self._wrapped[particle] = False
+        self._wrapped[particle] = self._pending[particle] = False
         self._place[particle] = np.nan  # it has changed places: its next way is unknown
 
     def keep(self, particle: int) -> None:
         """Count a lost particle as retained again, as if it had never been lost; a closure has put it back before the boom."""
-        self._fate[particle], self._was_inside[particle] = _Fate.RETAINED, True
+        self._fate[particle], self._was_inside[particle], self._pending[particle] = _Fate.RETAINED, True, False
         self._place[particle] = np.nan  # as in `lose`
 
-    def standing(self) -> Standing:
-        """Return the standing of the particles that are held or lost, which are few in a sea."""
+    def standing(self, *, pending_is_held: bool = False) -> Standing:
+        """Return the standing of the particles that are held or lost, which are few in a sea; pending: lost within the grace."""
         ids = np.flatnonzero(self._fate != _Fate.FREE)
         fate, lost_at = self._fate[ids], self._lost_at[ids]
+        if pending_is_held:
+            fate = np.where(self._pending[ids], _Fate.RETAINED, fate)
         return Standing(
             ids=ids,
             retained=fate == _Fate.RETAINED,
@@ -244,7 +183,7 @@ class ContainmentTracker:
     def save_state(self) -> dict[str, object]:
         """Return everything that is needed to go on from here."""
         arrays = {name: getattr(self, name).copy() for name in _BY_PARTICLE}
-        counts = ("_recovered", "_returned", "_returned_modelled")
+        counts = ("_recontained", "_returned", "_returned_modelled")
         return arrays | {name: getattr(self, name) for name in counts}
 
     def restore_state(self, state: Mapping[str, object]) -> None:
@@ -253,7 +192,7 @@ class ContainmentTracker:
             setattr(self, name, value.copy() if isinstance(value, np.ndarray) else value)
 
     def _make_room(self, index: NDArray[np.int64]) -> None:
-        """Extend the account up to the largest id."""
+        """Make room up to the largest id."""
         missing = (int(index.max()) + 1 if len(index) else 0) - len(self._fate)
         if missing > 0:
             for name in _BY_PARTICLE:
@@ -309,7 +248,7 @@ class ContainmentTracker:
         gathered = (fate == _Fate.FREE) & ((signed > margin) | (inside & ~self._known[index]))
         gone = (fate == _Fate.RETAINED) & (signed < -margin)
         round_again = back & self._wrapped[index]
-        self._recovered += int((back & ~round_again).sum())
+        self._recontained += int((back & ~round_again).sum())
         self._returned += int(round_again.sum())
         self._returned_modelled += int((round_again & self._modelled[index]).sum())
         self._wrapped[index[gone]] = False
@@ -320,47 +259,24 @@ class ContainmentTracker:
         self._fate[index] = fate
         self._known[index] = True
 
-    def _report(
-        self,
-        time: float,
-        index: NDArray[np.int64],
-        inside: NDArray[np.bool_],
-        boom: BoomState,
-        water_level: float,
-        current: Array,
-    ) -> ContainmentReport:
-        """Report volumes and the boom's shape now; lost particles stay in the account when they leave the water."""
-        volume = self.options.particle_volume
-        lost = self._known & (self._fate == _Fate.LOST)
-        present = np.zeros(len(self._fate), dtype=np.bool_)
-        present[index] = True
-        count = np.bincount(self._cause[lost], minlength=len(LossCause))
-        modelled = np.bincount(self._cause[lost & self._modelled], minlength=len(LossCause))
-        return ContainmentReport(
-            time=time,
+    def _oil(self, present: NDArray[np.bool_], inside: NDArray[np.bool_]) -> BoomOil:
+        """Return the boom's oil; lost particles stay in it when they leave the water, where those of the mask `present` are."""
+        volume, held = self.options.particle_volume, (self._fate == _Fate.RETAINED) | self._pending
+        lost = self._known & (self._fate == _Fate.LOST) & ~self._pending
+        count, modelled = (
+            np.bincount(self._cause[which], minlength=len(LossCause)) for which in (lost, lost & self._modelled)
+        )
+        return BoomOil(
             inside=float(inside.sum()) * volume,
             outside=float((~inside).sum()) * volume,
-            retained=float((present & (self._fate == _Fate.RETAINED)).sum()) * volume,
-            free=float((present & (self._fate == _Fate.FREE)).sum()) * volume,
-            lost=float(lost.sum()) * volume,
-            removed=float((self._known & ~present & ~lost).sum()) * volume,
-            recovered=self._recovered * volume,
+            contained=float((present & held).sum()) * volume,
+            afloat=float((present & (self._fate == _Fate.FREE)).sum()) * volume,
+            recontained=self._recontained * volume,
             returned=self._returned * volume,
             returned_modelled=self._returned_modelled * volume,
-            lost_by_cause={cause: float(number) * volume for cause, number in zip(CAUSES, count, strict=True)},
-            lost_modelled={cause: float(number) * volume for cause, number in zip(CAUSES, modelled, strict=True)},
-            **self._shape(boom, water_level, current),
+            lost=by_cause(count * volume),
+            lost_modelled=by_cause(modelled * volume),
         )
-
-    def _shape(self, boom: BoomState, water_level: float, current: Array) -> dict[str, float]:
-        """Return the figures of the report that tell of the boom, not of the oil."""
-        foot = boom.heights(self.options.freeboard, self.options.skirt_depth)[1]
-        return {
-            "gap_ratio": boom.gap_ratio,
-            "normal_speed": float(boom.normal_speed(current).max()),
-            "effective_draft": float((water_level - foot).min()),
-            "skirt_angle": float(boom.skirt_angle().max()),
-        }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -375,7 +291,7 @@ class _Crossings:
 def _causes(
     crossings: _Crossings, boom: BoomState, water_level: float, current: Array, options: ContainmentOptions
 ) -> NDArray[np.int8]:
-    """Choose the cause of each crossing by the rules of `ContainmentTracker`."""
+    """Choose the cause of each crossing by the rules of `Containment`."""
     segment = np.minimum(crossings.edge, len(boom.position) - 1)
     top, foot = (height[segment] for height in boom.heights(options.freeboard, options.skirt_depth))
     grace = 0.5 * options.hysteresis
@@ -393,3 +309,52 @@ def _causes(
     ]
     choice = np.select([rule for rule, _ in rules], [int(cause) for _, cause in rules], int(LossCause.THROUGH))
     return choice.astype(np.int8)
+
+
+class ParticleFates(NamedTuple):
+    """Fates of oil particles, codes of `FATES`, each particle once whatever the booms' own accounts say.
+
+    fate, modelled            (N,) of those in the water, and whether a closure carried out what is lost
+    gone_fate, gone_modelled  (M,) of the lost ones that have left the water
+    """
+
+    fate: NDArray[np.int64]
+    modelled: NDArray[np.bool_]
+    gone_fate: NDArray[np.int64]
+    gone_modelled: NDArray[np.bool_]
+
+
+def fates_of(booms: Sequence[Containment], ids: NDArray[np.integer]) -> ParticleFates:
+    """Return the fates of the particles of oil; `ids` (N,) are those in the water now, and every boom has been updated with them.
+
+    What a boom holds is contained, else what booms have lost is lost by the cause at the one that lost it last, of equals the first one.
+    """
+    standings = [boom.standing(pending_is_held=True) for boom in booms]
+    seen = np.unique(np.concatenate([ids.astype(np.int64), *(standing.ids for standing in standings)]))
+    fate, held = np.full(len(seen), int(Fate.AFLOAT)), np.zeros(len(seen), np.bool_)
+    lost_at, modelled = np.full(len(seen), -np.inf), np.zeros(len(seen), np.bool_)
+    for standing in standings:
+        row = np.searchsorted(seen, standing.ids)
+        held[row] |= standing.retained
+        later = standing.lost_at > lost_at[row]
+        fate[row[later]], lost_at[row[later]] = Fate.LOST + standing.cause[later], standing.lost_at[later]
+        modelled[row[later]] = standing.modelled[later]
+    fate[held] = Fate.CONTAINED
+    here = np.searchsorted(seen, ids)
+    gone = (fate >= Fate.LOST) & ~np.isin(seen, ids)
+    return ParticleFates(fate[here], modelled[here], fate[gone], modelled[gone])
+
+
+def particle_rows(
+    booms: Sequence[Containment], ids: NDArray[np.integer], volume: float, *, spilled: float, left: int
+) -> OilRows:
+    """Return the rows of all oil that is particles of `volume` [m3], those in the water with `ids` (N,).
+
+    spilled [m3] since the start; left: number of particles that have left the water.
+    """
+    fates = fates_of(booms, ids)
+    fate, modelled = (
+        np.concatenate([fates.fate, fates.gone_fate]),
+        np.concatenate([fates.modelled, fates.gone_modelled]),
+    )
+    return rows_of(spilled, volume, fate, modelled, left_the_domain=(left - len(fates.gone_fate)) * volume)

@@ -18,15 +18,6 @@ VISCOUS_LIMIT = 3000e-6  # [m2/s] above which oil forms no droplets and is lost 
 PLANING_ANGLE = math.radians(45.0)  # [rad] lean of a skirt from which it is said to plane; assumed
 
 
-def encounter_rate(boom_length: float, gap_ratio: float, speed: float, slick_thickness: float) -> float:
-    """Compute the volume of oil [m3/s] that a boom meets in a slick: Q = L (gap / L) V h.
-
-    boom_length [m], speed through the water [m/s], slick_thickness [m]. A boom of 200 m at a gap ratio of 0.3 and 0.7 knots meets
-    77.8 m3/h for each millimetre of slick.
-    """
-    return boom_length * gap_ratio * speed * slick_thickness
-
-
 def skirt_drag_coefficient() -> float:
     """Compute Cd [-] of the skirt from the rule F = 26 A V^2 (kgf, m2, knots): 2 x 26 g0 / (1025 kn^2) = 1.88.
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from booms.losses.rates import WAYS
 from coupling.master.saved_fields import SavedFields
-from oilsim.slick.loss_cause import LossCause
+from oilsim.oil.fates import LossCause
 
 Array = NDArray[np.float64]
 

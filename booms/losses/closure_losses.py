@@ -26,7 +26,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from booms.boom_state import BoomState, beside, nearest_image, signed_distance
-from booms.containment import ContainmentTracker, Standing
+from booms.containment import Containment, Standing
 from booms.losses.budgets import LossBudgets
 from booms.losses.liquids import OilOnWater, mixed
 from booms.losses.rates import UNDER_FOOT, WAYS, Closures, Drivers
@@ -35,7 +35,7 @@ from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from booms.scores import PLANING_ANGLE
 from coupling.master.saved_fields import SavedFields
 from oilsim import Fluid
-from oilsim.slick.loss_cause import LossCause
+from oilsim.oil.fates import LossCause
 
 
 def effective_draft(surface: ArrayLike, foot: ArrayLike) -> Array:
@@ -123,13 +123,13 @@ class ClosureLosses(SavedFields):
         """Oil [m3] that particles let through in excess of the closures, and that was put back, summed over time."""
         return self._held_back * self._volume
 
-    def act(self, time: float, fluid: Fluid, tracker: ContainmentTracker, state: BoomState, level: float) -> None:
+    def act(self, time: float, fluid: Fluid, containment: Containment, state: BoomState, level: float) -> None:
         """Add up the losses since the last look, and carry out what is due; `state` of the boom at `time` [s], level [m] of still water."""
         before = self._time
         if before is not None and time - before < INTERVAL * (1.0 - 1e-9):
             return
         self._time = time
-        standing = tracker.standing()
+        standing = containment.standing()
         held = _HeldOil(fluid, self._boom, standing, state.line())
         flow = self._flow(fluid, state, level)
         duration = 0.0 if before is None else time - before
@@ -140,9 +140,9 @@ class ClosureLosses(SavedFields):
         self.rate = float(rates.sum())
         self._budgets.add(rates * duration, self._resolved(standing, before), duration)
         if self.puts_back:
-            self._hold_back(fluid, tracker, state, drivers, standing, self._fresh(standing, before))
+            self._hold_back(fluid, containment, state, drivers, standing, self._fresh(standing, before))
         for segment, way, cause in self._due():
-            self._carry_out(time, fluid, tracker, state, held, (segment, way, cause))
+            self._carry_out(time, fluid, containment, state, held, (segment, way, cause))
 
     def _rates(self, drivers: Drivers, held: _HeldOil) -> Array:
         """Compute the losses by cause and segment (causes, S) [m3/s]; 0 where the boom holds no oil."""
@@ -227,12 +227,12 @@ class ClosureLosses(SavedFields):
         self,
         time: float,
         fluid: Fluid,
-        tracker: ContainmentTracker,
+        containment: Containment,
         state: BoomState,
         held: _HeldOil,
         due: tuple[int, int, LossCause],
     ) -> None:
-        """Let a held particle of a segment change places with a water particle behind it, and tell the budget and the account."""
+        """Let a held particle of a segment change places with a water particle behind it, and tell the budget and the boom."""
         segment, way, cause = due
         mine = np.flatnonzero(held.segment == segment)
         place, highest = self._way_out(state, segment, way)
@@ -242,7 +242,7 @@ class ClosureLosses(SavedFields):
         distance = ((held.position[mine] - place) ** 2).sum(axis=1)
         chosen = int(mine[int(np.argmin(distance))])
         fluid.swap_particles([held.ids[chosen]], [water])
-        tracker.lose(time, int(held.ids[chosen]), cause, segment)
+        containment.lose(time, int(held.ids[chosen]), cause, segment)
         held.segment[chosen] = -1
         self._budgets.pay(segment, way, cause)
         self._swaps += 1
@@ -261,7 +261,7 @@ class ClosureLosses(SavedFields):
     def _hold_back(
         self,
         fluid: Fluid,
-        tracker: ContainmentTracker,
+        containment: Containment,
         state: BoomState,
         drivers: Drivers,
         standing: Standing,
@@ -278,7 +278,7 @@ class ClosureLosses(SavedFields):
             water = self._water_at(fluid, state, place, (foot, math.inf), side=1.0)
             if water is not None:
                 fluid.swap_particles([particle], [water])
-                tracker.keep(int(particle))
+                containment.keep(int(particle))
                 self._budgets.take_back(segment, under)
                 self._held_back += 1
 

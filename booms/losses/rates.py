@@ -48,7 +48,8 @@ from booms.losses.slick import boom_thickness, front_thickness, slick_length
 from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT, droplet_onset_speed
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.core.quantity import quantity, require
-from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.oil.fates import LossCause
+from oilsim.slick.loss_rate import Pools
 
 # [-] C_1, speed of first loss over that of growing waves; calibrated: 0.36 m/s with medium crude
 ONSET_RATIO = 2.35

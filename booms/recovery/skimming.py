@@ -48,6 +48,11 @@ class SkimmingParticipant(Participant):
         super().__init__(name, [*inputs, *outputs])
 
     @property
+    def short_name(self) -> str:
+        """Name of the skimmer in its scenario."""
+        return self.name.removeprefix("skimmers/")
+
+    @property
     def mouth(self) -> tuple[float, float]:
         """Place [m] of the middle of its mouth, in plan."""
         turned = (rotation_matrices(self._pose[None, 3:])[0] @ self._offset) + self._pose[:3]
@@ -119,6 +124,16 @@ class SkimmingParticipant(Participant):
         design, self._told_full = self.skimmer.design, True
         after = f"it is emptied within {design.offload_time:.0f} s" if design.offload_time > 0.0 else "it stops"
         self._told.append(f"its storage of {design.storage:g} m3 is full: {after}")
+
+    def series(self) -> dict[str, float]:
+        """Return sums [m3], rate [m3/s] and place [m] by the names of their series, ``skimmers/NAME/oil`` and so on."""
+        sums = {f"{self.name}/{output}": float(self.get(output)) for output in OUTPUTS}
+        off_oil = self.distance_to_pool()
+        return sums if off_oil is None else sums | {f"{self.name}/off_oil": off_oil}
+
+    def summary(self) -> dict[str, float | None]:
+        """Return the sums [m3], and the figures of ASTM F631 and F2709."""
+        return {f"{sum_}_m3": float(self.get(sum_)) for sum_ in (*SUMS, "aboard")} | self.skimmer.figures()
 
     def take_notices(self) -> list[str]:
         """Return and forget what has happened since the last call."""

@@ -62,7 +62,7 @@ class FluidParticipant(Participant):
     last bit; None for a fluid that is the participant's own.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("_fluid", "_inputs", "_outputs")
+    STATE: ClassVar[tuple[str, ...]] = ("_fluid", "_inputs", "_outputs", "entered", "left")
 
     def __init__(
         self, name: str, fluid: Fluid, boundaries: Mapping[str, int], *, own_step: float | None = None
@@ -95,6 +95,8 @@ class FluidParticipant(Participant):
         ]
         super().__init__(name, [*inputs, *outputs])
         self.report: AdvanceReport | None = None
+        none = dict.fromkeys((phase.name for phase in fluid.config.phases), 0)
+        self.entered, self.left = none, dict(none)  # particles since the start, by phase
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Start the fluid's clock, unless it is somebody else's; boundaries that moved before have their last wrench."""
@@ -139,12 +141,19 @@ class FluidParticipant(Participant):
         if self._joint_inverse_mass is not None:
             self._fluid.set_joint_inverse_mass(tuple(self._boundaries.values()), self._joint_inverse_mass)
         try:
-            self.report = self._fluid.advance(duration)
+            self._take_report(self._fluid.advance(duration))
         except FluidError as error:
             return StepResult(Status.ERROR, time, str(error), cause=error)
         for body, handle in self._boundaries.items():
             self._take_outputs(body, handle)
         return StepResult(Status.OK, time + step_size)
+
+    def _take_report(self, report: AdvanceReport) -> None:
+        """Keep a report, and count the particles that came and went."""
+        self.report = report
+        for total, counts in ((self.entered, report.emitted), (self.left, report.removed)):
+            for phase, count in counts.items():
+                total[phase] += count
 
     def _duration(self, time: float, step_size: float) -> float:
         """How long to advance [s], after the clock was set if it is the participant's to set."""

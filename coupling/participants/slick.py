@@ -1,10 +1,10 @@
 """A slick of parcels as a participant of a coupled run: booms and hulls are bodies of others, oil is its own.
 
-The input `poses` holds the poses of the bodies of booms and hulls, in the order of `bodies`. Outputs: `released`, `afloat`, `held`, `lost`,
-`stranded`, `recovered`, the account in m3, and `resolved`, what of it is particles of a window; `lost.<cause>`, the oil now lost by that
-cause; of every boom <boom> `<boom>.held`, `<boom>.passed.<cause>`, the oil that it has lost since the start and has not taken back,
-`<boom>.carried.<cause>`, what of it particles of a window carried past, `<boom>.taken_back`, `<boom>.held_back`, what they would have
-carried under its skirt, and by segment
+The input `poses` holds the poses of the bodies of booms and hulls, in the order of `bodies`. Outputs: `spilled`, `afloat`, `contained`,
+`stranded`, `recovered`, rows of the oil ledger in m3, and `resolved`, what of it is particles of a window; `lost`, and `lost.<cause>`, the
+oil now lost by that cause; of every boom <boom> `<boom>.contained`, `<boom>.passed.<cause>`, the oil that it has lost since the start and
+that has not come back, `<boom>.carried.<cause>`, what of it particles of a window carried past, `<boom>.recontained`, `<boom>.held_back`,
+what they would have carried under its skirt, and by segment
 `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`, `<boom>.lean`, `<boom>.freeboard`. A step sweeps each
 barrier from where the last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies make their
 step before the slick, that pose is the one at the step's end; if the slick is first, its barriers lag by a step.
@@ -21,8 +21,9 @@ import numpy.typing as npt
 
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
+from oilsim.oil.fates import CAUSES
 from oilsim.slick.barriers import Immersion
-from oilsim.slick.loss_cause import CAUSES, LossRate, no_loss
+from oilsim.slick.loss_rate import LossRate, no_loss
 from oilsim.slick.parcels import Parcels, Rows
 from oilsim.slick.slick import Slick
 from oilsim.slick.spill_source import SpillSource
@@ -30,7 +31,7 @@ from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = npt.NDArray[np.float64]
 
-ACCOUNT = ("released", "afloat", "held", "lost", "stranded", "recovered", "resolved")
+ROWS = ("spilled", "afloat", "contained", "stranded", "recovered", "resolved")
 BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s"}
 # [m] between foot and ground that tubes full of water close by giving way; assumed
 SEALING_GAP = 0.05
@@ -141,9 +142,9 @@ class SlickParticipant(Participant):
         self._read()
 
     def _declared_outputs(self) -> list[Variable]:
-        names = [*ACCOUNT, *(f"lost.{cause}" for cause in CAUSES)]
+        names = [*ROWS, "lost", *(f"lost.{cause}" for cause in CAUSES)]
         for boom in self._booms:
-            names += [f"{boom.name}.held", f"{boom.name}.held_back", f"{boom.name}.taken_back"]
+            names += [f"{boom.name}.contained", f"{boom.name}.held_back", f"{boom.name}.recontained"]
             names += [f"{boom.name}.{what}.{cause}" for what in ("passed", "carried") for cause in CAUSES]
         by_segment = [
             Variable(f"{boom.name}.{quantity}", unit, (len(boom.bodies),), Causality.OUTPUT)
@@ -194,9 +195,10 @@ class SlickParticipant(Participant):
 
     def _read(self) -> None:
         self._read_at = self._slick.changes
-        account = self._slick.account
-        self._outputs = {name: np.array(getattr(account, name)) for name in ACCOUNT}
-        self._outputs |= {f"lost.{cause}": np.array(volume) for cause, volume in account.lost_by_cause.items()}
+        oil = self._slick.oil
+        self._outputs = {name: np.array(getattr(oil, name)) for name in ROWS}
+        self._outputs["lost"] = np.array(oil.all_lost)
+        self._outputs |= {f"lost.{cause}": np.array(volume) for cause, volume in oil.lost.items()}
         for boom, rows in self._rows.items():
             self._outputs |= {f"{boom}.{quantity}": value for quantity, value in self._of_boom(rows)}
 
@@ -211,9 +213,9 @@ class SlickParticipant(Participant):
         pools, barriers = self._slick.pools, self._slick.barriers
         held = pools.volume.reshape(-1, 2)[rows]
         losses = self._slick.losses
-        yield "held", np.array(held.sum())
+        yield "contained", np.array(held.sum())
         yield "held_back", np.array(losses.held_back[rows].sum())
-        yield "taken_back", np.array(losses.taken_back[rows].sum())
+        yield "recontained", np.array(losses.recontained[rows].sum())
         for what, volumes in (("passed", losses.gone), ("carried", losses.carried)):
             by_cause = volumes[:, rows].sum(axis=1).tolist()
             yield from ((f"{what}.{cause}", np.array(one)) for cause, one in zip(CAUSES, by_cause, strict=True))

@@ -162,7 +162,7 @@ class WindowParticipant(FluidParticipant):
             pose, now, _in_reference(now.turn, twist - now.twist), _in_reference(now.turn, free - accelerating), added
         )
         try:
-            self.report = self._fluid.advance(step_size)
+            self._take_report(self._fluid.advance(step_size))
         except FluidError as error:
             return StepResult(Status.ERROR, time, str(error), cause=error)
         self._hand_back(twist + step_size * free, now, later, added)

@@ -36,7 +36,7 @@ class JointShares:
 class WindowsParticipant(FluidParticipant):
     """Steps several windows, which have variables of the same bodies, one after the other."""
 
-    STATE = ("_windows", "_steady", "_inputs", "_outputs")
+    STATE = ("_windows", "_steady", "_inputs", "_outputs", "entered", "left")
 
     def __init__(self, name: str, windows: Mapping[str, WindowParticipant]) -> None:
         """Take the windows by the names that messages use; ValueError for windows that know different bodies."""
@@ -70,7 +70,7 @@ class WindowsParticipant(FluidParticipant):
         if fault:
             return StepResult(Status.ERROR, time, fault)
         self._steady += SMOOTH * (wrenches - self._steady)
-        self.report = joint_report([report for report in reports if report is not None])
+        self._take_report(joint_report([report for report in reports if report is not None]))
         self._hand_back(wrenches.sum(0))
         return StepResult(Status.OK, time + step_size)
 

@@ -82,7 +82,7 @@ def assert_dry(source: object, body: str, *, within: float) -> None:
     require_at_most(f"deepest particle in {body!r}", deepest, within, "m", readings.context(body), verb="lies in it by")
 
 
-def assert_oil_retained(
+def assert_oil_contained(
     source: object,
     expected: float,
     *,
@@ -91,27 +91,27 @@ def assert_oil_retained(
     inside: tuple[Vector, Vector] | None = None,
     boom: str | None = None,
 ) -> None:
-    """Require that a share `expected` [1] of the oil is retained, to `within` [1]; CheckFailed if not.
+    """Require that a share `expected` [1] of the oil is contained, to `within` [1]; CheckFailed if not.
 
-    inside: box (lower, upper) [m] that counts as retained; or boom: name of a boom, whose account a scenario run keeps. Raises ValueError
+    inside: box (lower, upper) [m] that counts as a boom; or boom: name of a boom, whose account a scenario run keeps. Raises ValueError
     unless one of both is given, and for a run without oil.
     """
     readings = readings_of(source)
     if (inside is None) == (boom is None):
-        raise ValueError("oil retained: inside and boom are given both or neither, allowed: one of them")
+        raise ValueError("oil contained: inside and boom are given both or neither, allowed: one of them")
     if boom is not None:
-        prefix = f"{boom}/" if f"{boom}/oil_retained" in readings.series else ""  # none in a run with one boom
-        retained, lost = (float(readings.one_series(f"{prefix}oil_{what}").value[-1]) for what in ("retained", "lost"))
-        if not retained + lost > 0.0:
+        prefix = f"{boom}/" if f"{boom}/oil_contained" in readings.series else ""  # none in a run with one boom
+        held, lost = (float(readings.one_series(f"{prefix}oil_{what}").value[-1]) for what in ("contained", "lost"))
+        if not held + lost > 0.0:
             raise ValueError(f"boom {boom!r} has held 0 m3 of oil so far, allowed: above 0")
-        found = retained / (retained + lost)
+        found = held / (held + lost)
     else:
         assert inside is not None
         total = readings.volume(oil)
         if not total > 0.0:
             raise ValueError(f"{readings.source} has 0 m3 of {oil!r}, allowed: above 0")
         found = _volume_within(readings, *inside, oil) / total
-    require_near(f"share of {oil} retained", found, expected, within, "", readings.context())
+    require_near(f"share of {oil} contained", found, expected, within, "", readings.context())
 
 
 def _volume_within(readings: Readings, lower: Vector, upper: Vector, phase: str | None) -> float:

@@ -129,7 +129,6 @@ class History:
     def _keep(self, frame: Frame) -> None:
         """Read the particles now, since they move on, and thin the frames out if they are too large."""
         self._bytes += sum(phase.position.nbytes + phase.id.nbytes for phase in frame.phases.values())
-        self._bytes += sum(ids.nbytes for ids in frame.lost.values())
         self.frames.append(frame)
         if self._bytes > MOST_BYTES and len(self.frames) > 2:
             del self.frames[1:-1:2]

@@ -191,10 +191,6 @@ class Barriers:
             raise ValueError(f"slick: there is no barrier {name!r}, allowed: {', '.join(self._rows) or 'none'}")
         return self._rows[name]
 
-    def boom_names(self) -> list[str]:
-        """Return the names of all booms."""
-        return [name for name, one in self._members.items() if isinstance(one, Boom)]
-
     @property
     def is_there(self) -> NDArray[np.bool_]:
         """Flags (S,) of the segments that are in the water."""

@@ -16,9 +16,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import EXACT
+from oilsim.oil.fates import LossCause
+from oilsim.oil.ledger import by_cause
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import beside, resting_sweep
-from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.slick.loss_rate import Pools
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, sums
 from oilsim.slick.pooling.pools import pool_of
 
@@ -29,14 +31,14 @@ WHOLE = 1.5
 # [1] of a volume that is owed, from which on it is due; numerical; a debt that was handed on in part has rounding errors
 ROUNDED = 1.0 - 1e-9
 
-ACCOUNTS = ("owed", "gone", "carried", "taken_back", "held_back")  # of `Losses`
+ACCOUNTS = ("owed", "gone", "carried", "recontained", "held_back")  # of `Losses`
 
 
 class Losses:
     """Accounts of the oil that pools owe and of the oil that has gone.
 
     owed  (causes, P) [m3]; gone (causes, S) [m3] by the segment that lost it since the start, less what came back, by the segment of the
-    same boom that took it; carried (causes, S) [m3], the part of it that particles of a window carried past by themselves; taken_back (S,)
+    same boom that took it; carried (causes, S) [m3], the part of it that particles of a window carried past by themselves; recontained (S,)
     [m3], what came back; held_back (S,) [m3] that particles would have carried past, and that was put back before the skirt.
     """
 
@@ -44,8 +46,13 @@ class Losses:
         self.owed: Array = np.zeros((len(LossCause), 2 * segments))
         self.gone: Array = np.zeros((len(LossCause), segments))
         self.carried: Array = np.zeros((len(LossCause), segments))
-        self.taken_back: Array = np.zeros(segments)
+        self.recontained: Array = np.zeros(segments)
         self.held_back: Array = np.zeros(segments)
+
+    @property
+    def passed(self) -> dict[str, float]:
+        """The oil [m3] that booms have lost since the start, less what the same boom took back, by the name of the cause."""
+        return by_cause(self.gone.sum(axis=1))
 
     def add(self, rates: Mapping[LossCause, Array], pools: Pools, barriers: Barriers, duration: float) -> None:
         """Add the rates (P,) [m3/s] of `duration` [s]; ValueError for rates of another shape, below 0, or not finite."""
@@ -127,7 +134,7 @@ class Losses:
         parcels.mark_lost(rows, parcels.cause[rows], barriers.owner[place], carried=False)
         parcels.detach(rows)
 
-    def take_back(
+    def recontain(
         self, parcels: Parcels, barriers: Barriers, rows: NDArray[np.int64], segment: NDArray[np.int64]
     ) -> None:
         """Take the oil of rows (M,) off the losses where the segments (M,) that catch it are of the boom that lost it."""
@@ -136,7 +143,7 @@ class Losses:
         volume, cause, carried = parcels.volume[rows], parcels.cause[rows], parcels.carried[rows]
         np.subtract.at(self.gone, (cause, segment), volume)
         np.subtract.at(self.carried, (cause[carried], segment[carried]), volume[carried])
-        np.add.at(self.taken_back, segment, volume)
+        np.add.at(self.recontained, segment, volume)
 
     def save_state(self) -> dict[str, Any]:
         """Return what is owed, what has gone and what was held back."""

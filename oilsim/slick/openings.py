@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import first_crossings, opening_sweep
-from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.losses import Losses
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
 

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.oil.fates import Fate
+
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
@@ -25,6 +27,10 @@ class ParcelState(IntEnum):
     STRANDED = 3
     RECOVERED = 4
     RESOLVED = 5
+
+
+# fate of each state but RESOLVED, in their order; of a LOST one that by its cause
+_FATES = np.array([Fate.AFLOAT, Fate.CONTAINED, Fate.LOST, Fate.STRANDED, Fate.RECOVERED], np.int64)
 
 
 COLUMNS: Mapping[str, tuple[Any, tuple[int, ...]]] = {
@@ -158,6 +164,11 @@ class Parcels:
         held = np.where(self.place != NONE, int(ParcelState.HELD), int(ParcelState.AFLOAT))
         own = np.where(self.cause != NONE, int(ParcelState.LOST), held)
         return np.where(self.state == ParcelState.RESOLVED, own, self.state)
+
+    def fate_codes(self) -> Rows:
+        """Return the fates (N,), codes of `FATES`."""
+        state = self.fates()
+        return np.asarray(_FATES[state] + np.where(state == ParcelState.LOST, self.cause, 0))
 
     def in_pools(self) -> Rows:
         """Return the rows (M,) of the oil that booms hold: parcels that are held, and resolved ones that lie before a segment."""

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim.core.physical_constants import SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, require
-from oilsim.slick.account import SlickAccount, take_account
+from oilsim.oil.ledger import OilRows, rows_of
 from oilsim.slick.barriers import Barrier, Barriers, Immersion
 from oilsim.slick.crossing import beside, first_crossings, moving_sweep, resting_sweep
-from oilsim.slick.loss_cause import LossRate, Pools, no_loss
+from oilsim.slick.loss_rate import LossRate, Pools, no_loss
 from oilsim.slick.losses import Losses
 from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
@@ -239,7 +239,7 @@ class Slick:
         parcels.position[rows] = beside(barriers, segment, along, side, resting_sweep(barriers))
         boom = barriers.is_boom[segment]
         pressed = boom & (side * np.einsum("mk,mk->m", relative[segment], barriers.normals()[segment]) < 0.0)
-        self.losses.take_back(parcels, barriers, rows[pressed], segment[pressed])
+        self.losses.recontain(parcels, barriers, rows[pressed], segment[pressed])
         hold(parcels, rows[pressed], segment[pressed], along[pressed], side[pressed])
         strand(parcels, barriers, rows[~boom], segment[~boom], along[~boom], side[~boom])
 
@@ -280,9 +280,13 @@ class Slick:
         return recover(self.parcels, center, radius, volume)
 
     @property
-    def account(self) -> SlickAccount:
-        """Account of all oil, by its fate."""
-        return take_account(self.parcels, self.losses, self._released)
+    def oil(self) -> OilRows:
+        """All oil by its fate; what no particle carried past a boom is modelled."""
+        parcels = self.parcels
+        return rows_of(
+            self._released, parcels.volume, parcels.fate_codes(), ~parcels.carried,
+            resolved=float(parcels.volume[parcels.state == ParcelState.RESOLVED].sum()),
+        )  # fmt: skip
 
     def save_state(self) -> dict[str, Any]:
         """Return everything that the next steps depend on."""

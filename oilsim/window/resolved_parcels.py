@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import first_crossings, moving_sweep
-from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.openings import lose_through_openings
 from oilsim.slick.parcels import NONE, Rows
 from oilsim.slick.slick import Slick
@@ -73,7 +73,7 @@ def follow_particles(
         for account in (losses.gone, losses.carried):
             np.add.at(account, (cause[lost], segment[lost]), parcels.volume[crossing[lost]])
         parcels.mark_lost(crossing[lost], cause[lost], barriers.owner[segment[lost]], carried=True)
-        losses.take_back(parcels, barriers, crossing[~pressed], segment[~pressed])
+        losses.recontain(parcels, barriers, crossing[~pressed], segment[~pressed])
         parcels.mark_found(crossing[~pressed])
     free = met.segment < 0
     lose_through_openings(parcels, barriers, losses, rows[free], target[free])

@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946) of slick outlines, oil particles, booms and tracks, for maps and geographic information systems."""
+"""GeoJSON (RFC 7946) of slick outlines, oil particles, the oil ledger, booms and tracks, for maps and geographic information systems."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from recordings.export import antimeridian
-from recordings.export.chosen import causes, oil_frames
+from recordings.export.chosen import fates, oil_frames
 from recordings.export.geography import date_at, longitude_latitude
 from recordings.export.outline import slick_outlines
 from recordings.files.writing import write_whole
@@ -25,21 +25,25 @@ Points = npt.NDArray[np.floating]
 def write_geojson(
     replay: Replay, path: Path, site: Site, *, interval: float | None = None, particles: bool = False
 ) -> int:
-    """Write outlines and, if asked for, particles ``interval`` [s] apart; return the number of features."""
+    """Write outlines and, if asked for, particles ``interval`` [s] apart, each fate by itself; return the number of features.
+
+    A feature without a place has the rows of the oil ledger at each of these instants, also of the oil that is gone.
+    """
     features = [*_tracks(replay, site)]
-    names = causes(replay)
+    names = fates(replay)
     for frame in oil_frames(replay, interval):
         stamp = {"time_s": frame.time, "time": date_at(site, frame.time).isoformat()}
-        for cause in range(len(names)):
-            chosen = frame.cause == cause
-            of_cause = frame.position[chosen]
-            if not len(of_cause):
-                continue
-            facts = stamp | {"cause": names[cause], "volume_m3": float(frame.volume[chosen].sum())}
+        if frame.ledger:
+            rows = {f"{name.replace('/', '_')}_m3": volume for name, volume in frame.ledger.items()}
+            features.append(_feature(None, stamp | {"kind": "ledger"} | rows))
+        for code in np.unique(frame.fate).tolist():
+            chosen = frame.fate == code
+            places = frame.position[chosen]
+            facts = stamp | {"fate": names[code], "fate_code": code, "volume_m3": float(frame.volume[chosen].sum())}
             if particles:
-                geometry = antimeridian.points(_degrees(site, of_cause))
+                geometry = antimeridian.points(_degrees(site, places))
                 features.append(_feature(geometry, facts | {"kind": "particles"}))
-            outlines = slick_outlines(of_cause[:, :2], frame.width[chosen])
+            outlines = slick_outlines(places[:, :2], frame.width[chosen])
             geometry = antimeridian.polygons([[_degrees(site, ring) for ring in polygon] for polygon in outlines])
             features.append(_feature(geometry, facts | {"kind": "slick"}))
     collection = {"type": "FeatureCollection", "features": features}
@@ -60,7 +64,7 @@ def _tracks(replay: Replay, site: Site) -> Iterator[dict[str, Any]]:
             yield _feature(geometry, {"kind": "boom", "boom": boom.name})
 
 
-def _feature(geometry: dict[str, Any], properties: dict[str, Any]) -> dict[str, Any]:
+def _feature(geometry: dict[str, Any] | None, properties: dict[str, Any]) -> dict[str, Any]:
     return {"type": "Feature", "geometry": geometry, "properties": properties}
 
 

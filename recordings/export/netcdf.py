@@ -7,20 +7,32 @@ github.com/NOAA-ORR-ERD/nc_particles, draft standard 0.1.0.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 from scipy.io import netcdf_file
 
-from recordings.export.chosen import OilFrame, causes, oil_frames, oil_names
+from recordings.export.chosen import OilFrame, fates, oil_frames, oil_names
 from recordings.export.geography import longitude_latitude, start_time
 from recordings.model.exercise import Site
 from recordings.replay.recording import Replay
 
 _GRAMS = 1000.0  # per kilogramme
-IN_WATER = 2  # GNOME's status code
-_ATTRIBUTES: dict[str, dict[str, str]] = {
+# GNOME's status codes: what is not listed is in the water
+IN_WATER, STATUS = 2, {"stranded": 3, "left_the_domain": 7, "evaporated": 10, "recovered": 12}
+_STATUS_IN_WORDS = {IN_WATER: "in_water", 3: "on_land", 7: "off_maps", 10: "evaporated", 12: "to_be_removed"}
+_Attributes = dict[str, str | npt.NDArray[np.int32]]
+
+
+def _flags(long_name: str, meanings: dict[int, str]) -> _Attributes:
+    """Return the attributes of a variable of codes, by CF 1.8, section 3.5."""
+    values = np.array(list(meanings), dtype=np.int32)
+    return {"long_name": long_name, "flag_values": values, "flag_meanings": " ".join(meanings.values())}
+
+
+_ATTRIBUTES: dict[str, _Attributes] = {
     "longitude": {"long_name": "longitude of the particle", "standard_name": "longitude", "units": "degrees_east"},
     "latitude": {"long_name": "latitude of the particle", "standard_name": "latitude", "units": "degrees_north"},
     "depth": {
@@ -28,14 +40,14 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
         "standard_name": "depth",
         "units": "m",
         "positive": "down",
-        "axis": "z positive down",
+        "axis": "Z",
     },
     "mass": {"long_name": "mass of the particle", "units": "grams"},
     "density": {"long_name": "density of the oil", "units": "kg m-3"},
     "viscosity": {"long_name": "kinematic viscosity of the oil", "units": "m2 s-1"},
     "age": {"long_name": "time since the start of the recording", "units": "seconds"},
     "id": {"long_name": "particle ID"},
-    "status_codes": {"long_name": "particle status code", "flag_values": "2", "flag_meanings": "2: in_water"},
+    "status_codes": _flags("particle status code of GNOME", _STATUS_IN_WORDS),
 }
 
 
@@ -44,7 +56,8 @@ def write_netcdf(
 ) -> int:
     """Write the oil ``interval`` [s] apart, or in every recorded frame; return the number of instants.
 
-    With ``lost_only``, particles that no boom has lost are left out: the escaped oil is the oil that drifts on.
+    With ``lost_only``, particles that no boom has lost are left out: the escaped oil is the oil that drifts on. The rows of the oil ledger,
+    which also has the oil that is gone, are variables over time.
     """
     frames = list(oil_frames(replay, interval, lost_only=lost_only))
     with netcdf_file(path, "w", version=2) as file:
@@ -64,7 +77,12 @@ def write_netcdf(
         for name, values in _columns(replay, site, frames).items():
             variable = file.createVariable(name, "d" if values.dtype.kind == "f" else "i", ("data",))
             variable[:] = values
-            _describe(variable, _ATTRIBUTES.get(name) or _cause_attributes(replay))
+            words = dict(enumerate(fates(replay)))
+            _describe(variable, _ATTRIBUTES.get(name) or _flags("fate of the oil, lost is by a boom", words))
+        for row in frames[0].ledger:
+            variable = file.createVariable(f"oil_{row.replace('/', '_')}", "d", ("time",))
+            variable[:] = np.array([frame.ledger.get(row, np.nan) for frame in frames])
+            _describe(variable, {"long_name": f"oil ledger of the run: {row.replace('_', ' ')}", "units": "m3"})
     return len(frames)
 
 
@@ -77,6 +95,10 @@ def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, np
     viscosity = np.array([oil.dynamic_viscosity / oil.rest_density for oil in oils])
     longitude, latitude = longitude_latitude(site, position)
     level = replay.run.exercise.water_level if replay.run.exercise else _surface(position)
+    fate, status = (
+        np.concatenate([frame.fate for frame in frames]),
+        [STATUS.get(name, IN_WATER) for name in fates(replay)],
+    )
     age = np.repeat([frame.time - frames[0].time for frame in frames], [len(frame.id) for frame in frames])
     return {
         "longitude": longitude,
@@ -87,23 +109,14 @@ def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, np
         "viscosity": viscosity[phase],
         "age": age,
         "id": np.concatenate([frame.id for frame in frames]).astype(np.int32),
-        "status_codes": np.full(len(phase), IN_WATER, dtype=np.int32),
-        "cause": np.concatenate([frame.cause for frame in frames]),
+        "status_codes": np.array(status, dtype=np.int32)[fate],
+        "fate": fate.astype(np.int32),
     }
 
 
 def _surface(position: npt.NDArray[np.float32]) -> float:
     """Estimate the height [m] of the surface from the highest oil, if the recording does not give it."""
     return float(np.percentile(position[:, 2], 99.0)) if len(position) else 0.0
-
-
-def _cause_attributes(replay: Replay) -> dict[str, str]:
-    names = causes(replay)
-    return {
-        "long_name": "state of the particle: afloat, or the cause by which a boom lost it",
-        "flag_values": " ".join(str(number) for number in range(len(names))),
-        "flag_meanings": " ".join(names),
-    }
 
 
 def _write_header(file: netcdf_file, replay: Replay, site: Site) -> None:
@@ -116,6 +129,6 @@ def _write_header(file: netcdf_file, replay: Replay, site: Site) -> None:
     )
 
 
-def _describe(variable: object, attributes: dict[str, str]) -> None:
-    for name, text in attributes.items():
-        setattr(variable, name, text)
+def _describe(variable: object, attributes: Mapping[str, object]) -> None:
+    for name, value in attributes.items():
+        setattr(variable, name, value)

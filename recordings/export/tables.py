@@ -7,17 +7,20 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from recordings.export.chosen import every
+from recordings.export.chosen import every, fates
 from recordings.files.errors import RecordingError
+from recordings.model.frame import PhaseFrame
 from recordings.replay.recording import Replay
 
 Format = Literal["csv", "parquet"]
 _MOTION = (
     "x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx", "ty", "tz", "tension",
+    "held_speed",
 )  # fmt: skip
 
 
@@ -33,7 +36,8 @@ def write_tables(
     """Write tables of series, bodies, events and the particles of ``tracks`` (only ``ids``, if given); return the files.
 
     Every table has the columns ``step`` and ``time`` [s] first. Series have a row for each instant, bodies and particles a row for each
-    instant and body or particle, events a row each. Units are SI; the columns of bodies are pose, twist, wrench and tension. Raises
+    instant and body or particle, events a row each. Units are SI; the columns of bodies are pose, twist, wrench, tension and held speed,
+    particles of oil have their volume and fate. Series named ``oil/...`` are the rows of the oil ledger. Raises
     RecordingError for a phase or a particle that the recording does not have.
     """
     known = [phase.name for phase in replay.run.phases]
@@ -70,7 +74,7 @@ def _series_table(replay: Replay) -> pa.Table:
 def _body_table(replay: Replay) -> pa.Table:
     parts = []
     for name, series in replay.bodies.items():
-        motion = np.column_stack([series.pose, series.twist, series.wrench, series.tension])
+        motion = np.column_stack([series.pose, series.twist, series.wrench, series.tension, series.held_speed])
         heads = {"step": series.index, "time": series.time, "body": pa.array([name] * len(series.index))}
         parts.append(pa.table(heads | dict(zip(_MOTION, motion.T, strict=True))))
     return pa.concat_tables(parts) if parts else pa.table({"step": pa.array([], pa.int64())})
@@ -89,7 +93,19 @@ def _particle_parts(replay: Replay, name: str, ids: Sequence[int], interval: flo
         chosen = np.isin(frame.id, np.array(ids, dtype=np.uint32)) if ids else slice(None)
         position = frame.position[chosen]
         columns = {"step": np.full(len(position), index), "time": np.full(len(position), time), "id": frame.id[chosen]}
-        yield pa.table(columns | dict(zip("xyz", np.ascontiguousarray(position.T), strict=True)))
+        columns |= dict(zip("xyz", np.ascontiguousarray(position.T), strict=True))
+        yield pa.table(columns | (_of_oil(replay, frame, chosen) if name in replay.run.oils else {}))
+
+
+def _of_oil(replay: Replay, frame: PhaseFrame, chosen: npt.NDArray[np.bool_] | slice) -> dict[str, pa.Array]:
+    """Return the volume [m3] and the fate of each particle of oil, by its code and in words."""
+    alike = np.full(len(frame.id), replay.run.particle_volume)
+    fate = np.zeros(len(frame.id), np.uint8) if frame.fate is None else frame.fate
+    return {
+        "volume": (alike if frame.volume is None else frame.volume.astype(np.float64))[chosen],
+        "fate_code": fate[chosen],
+        "fate": pa.array(np.array(fates(replay))[fate[chosen]].tolist(), pa.string()),
+    }
 
 
 def _require_there(replay: Replay, tracks: Sequence[str], ids: Sequence[int]) -> None:

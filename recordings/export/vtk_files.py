@@ -38,25 +38,22 @@ def write_vtk(replay: Replay, folder: Path, *, interval: float | None = None) ->
 
 
 def _write_phase(replay: Replay, folder: Path, name: str, interval: float | None) -> int:
-    """Write one phase's particles with their ids and, for oil, the number of the cause of its loss (0: not lost)."""
+    """Write one phase's particles with their ids and, for oil, the codes of their fates."""
     clock = replay.phase_times(name)
     kept = set(every(clock.index.tolist(), interval, clock.time.tolist()))
-    lost = [{index: frame.id for index, _, frame in replay.lost_frames(cause, kept)} for cause in replay.lost_causes]
     files, times = [], []
     for index, time, frame in replay.particles(entity_paths.phase(name), kept):
         path = folder / f"{name}_{index:06d}.vtp"
-        _write(path, frame.position, _particle_data(frame, [ids[index] for ids in lost if index in ids]))
+        _write(path, frame.position, _particle_data(frame))
         files.append(path)
         times.append(time)
     _write_series(folder / f"{name}.vtp.series", files, times)
     return len(files)
 
 
-def _particle_data(frame: PhaseFrame, lost: list[npt.NDArray[np.uint32]]) -> Arrays:
-    cause = np.zeros(len(frame.id), dtype=np.int32)
-    for number, ids in enumerate(lost, start=1):
-        cause[np.isin(frame.id, ids)] = number
-    return {"id": frame.id.astype(np.int64), "lost_by": cause}
+def _particle_data(frame: PhaseFrame) -> Arrays:
+    ids = {"id": frame.id.astype(np.int64)}
+    return ids if frame.fate is None else ids | {"fate": frame.fate.astype(np.int32)}
 
 
 def _write_bodies(replay: Replay, path: Path, index: int) -> Path:

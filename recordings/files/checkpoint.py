@@ -21,7 +21,7 @@ import numpy as np
 
 from recordings.files.errors import RecordingError
 
-FORMAT_VERSION = 19
+FORMAT_VERSION = 20
 _STRUCTURE = "structure"
 _ARRAY, _TUPLE, _BYTES, _HUGE, _REAL = "__array__", "__tuple__", "__bytes__", "__int__", "__float__"
 _MARKS = (_ARRAY, _TUPLE, _BYTES, _HUGE, _REAL)

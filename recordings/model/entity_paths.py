@@ -43,6 +43,11 @@ def sizes(particles: str) -> str:
     return _path(particles, "sizes")
 
 
+def fates(particles: str) -> str:
+    """Return the path of the fates of the oil at a path; they are logged whenever one changes."""
+    return _path(particles, "fates")
+
+
 def ids(particles: str) -> str:
     """Return the path of the ids of the particles at a path; they are logged whenever the set of ids changes."""
     return _path(particles, "ids")
@@ -76,14 +81,6 @@ def body(name: str) -> str:
     if group in BODY_GROUPS and rest:
         return _path(group, rest)
     return _path(BODIES, name)
-
-
-def body_name(path: str) -> str:
-    """Return the name of the body at ``path``: the inverse of `body`, up to the group of plain bodies."""
-    trimmed = path.strip("/")
-    if trimmed.startswith(f"{VESSELS}/") and trimmed.endswith(f"/{_HULL}"):
-        return trimmed[: -len(_HULL) - 1]
-    return trimmed.removeprefix(f"{BODIES}/")
 
 
 def body_group(name: str) -> str:

@@ -32,6 +32,7 @@ class BoomDescription:
     skimmers         names of the skimmers that may take its oil, those on other booms not; None if it was not recorded
     waiting_ties     names of the ties that a crew is to make fast at it while the run goes on
     flow_shares      [-] share of the water's speed that meets each segment, below 1 in a pocket; empty: 1 at all
+    hold_time        [s] for which a speed of the water against a segment must last to count as held
     has_closures     True if closures say what it loses beyond what particles resolve; None if it was not recorded
     """
 
@@ -50,6 +51,7 @@ class BoomDescription:
     skimmers: tuple[str, ...] | None = None
     waiting_ties: tuple[str, ...] = ()
     flow_shares: tuple[float, ...] = ()
+    hold_time: float = 0.0
     has_closures: bool | None = None
 
     @property
@@ -121,7 +123,6 @@ class ExerciseDescription:
 
     period    [m] after which the sea repeats along x and y; 0: it does not
     wind      (x, y) [m/s] at the start, towards which it blows; 0 without one
-    wave_period  [s] at the start, of a spectrum that of its peak; 0 without waves, or if it was not recorded
     criteria  what the scenario changes of the criteria of the grade, or adds to them: settings by name, for each criterion's key
     """
 
@@ -130,7 +131,6 @@ class ExerciseDescription:
     water_level: float = 0.0
     period: tuple[float, float] = (0.0, 0.0)
     wind: tuple[float, float] = (0.0, 0.0)
-    wave_period: float = 0.0
     criteria: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 

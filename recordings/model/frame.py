@@ -24,6 +24,7 @@ Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
 EventLevel = Literal["info", "warning", "error"]
 EVENT_LEVELS: tuple[EventLevel, ...] = ("info", "warning", "error")
 INSTRUCTOR, INJECTS = "instructor", "injects"  # sources of events: orders to a run, and those of its scenario
+LOST_BY = "lost_"  # beginning of the fates of oil that booms have lost
 ORDER_SOURCES = (INSTRUCTOR, INJECTS)  # of the events that tell orders
 
 _BODY_LENGTHS = (("position", 3), ("orientation", 4), ("linear_velocity", 3), ("angular_velocity", 3), ("wrench", 6))
@@ -48,6 +49,7 @@ class PhaseFrame:
         position: (N, 3) float32 [m], a fresh copy that the solver does not write into.
         id: (N,) uint32, the same number for the same particle during the whole run.
         volume, width: (N,) float32 [m3], [m] of each parcel of oil and of the square that it covers; None of particles, all alike.
+        fate: (N,) uint8, places in `RunDescription.fates`; None of what is no oil.
 
     Raises ValueError for arrays of other shapes.
     """
@@ -56,10 +58,11 @@ class PhaseFrame:
     id: npt.NDArray[np.uint32]
     volume: npt.NDArray[np.float32] | None = None
     width: npt.NDArray[np.float32] | None = None
+    fate: npt.NDArray[np.uint8] | None = None
 
     def __post_init__(self) -> None:
         _require_shape("phase position", self.position, (None, 3))
-        for name in ("id", "volume", "width"):
+        for name in ("id", "volume", "width", "fate"):
             if getattr(self, name) is not None:
                 _require_shape(f"phase {name}", getattr(self, name), (len(self.position),))
 
@@ -78,6 +81,7 @@ class BodyFrame:
         angular_velocity: (3,) [rad/s].
         wrench: (6,) force [N] and torque [N m] of the fluid on the body, mean over the last communication step.
         tension: pull [N] in a boom or line that this body is part of; NaN for other bodies.
+        held_speed: speed [m/s] at which water keeps running against this segment of a boom; NaN for other bodies.
     """
 
     position: npt.NDArray[np.float64]
@@ -86,6 +90,7 @@ class BodyFrame:
     angular_velocity: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     wrench: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros(6))
     tension: float = math.nan
+    held_speed: float = math.nan
 
     def __post_init__(self) -> None:
         for name, length in _BODY_LENGTHS:
@@ -95,13 +100,13 @@ class BodyFrame:
             object.__setattr__(self, name, value)
 
     @classmethod
-    def of(cls, motion: npt.NDArray[np.float64], tension: float) -> BodyFrame:
-        """Return the body of a `motion` (19,), of which it keeps views, and a `tension` [N]; ValueError for another shape."""
+    def of(cls, motion: npt.NDArray[np.float64], tension: float, held_speed: float) -> BodyFrame:
+        """Return the body of a `motion` (19,), of which it keeps views, a tension [N] and a speed [m/s]; ValueError for another shape."""
         if motion.shape != (19,) or motion.dtype != np.float64:
             raise ValueError(f"a body's motion has shape {motion.shape}, type {motion.dtype}, allowed: (19,), float64")
         frame = cls.__new__(cls)
         parts = {name: motion[part] for name, part in _PARTS.items()}
-        frame.__dict__.update(parts, tension=tension, motion=motion)
+        frame.__dict__.update(parts, tension=tension, held_speed=held_speed, motion=motion)
         return frame
 
     @cached_property
@@ -156,7 +161,6 @@ class Frame:
         bodies: Mapping[str, BodyFrame] | Callable[[], Mapping[str, BodyFrame]] = dict,
         scalars: Mapping[str, float] = _NOTHING,  # type: ignore[assignment]
         read_phases: Callable[[], Mapping[str, PhaseFrame]] = dict,
-        read_lost: Callable[[], Mapping[str, npt.NDArray[np.uint32]]] = dict,
         read_surface: Callable[[], SurfaceFrame | None] = _no_surface,
         read_film: Callable[[SurfaceFrame], FilmFrame | None] = _no_surface,
     ) -> None:
@@ -166,7 +170,6 @@ class Frame:
         self._bodies = bodies
         self.scalars = scalars
         self._read_phases = read_phases
-        self._read_lost = read_lost
         self._read_surface, self._read_film = read_surface, read_film
 
     @cached_property
@@ -180,14 +183,8 @@ class Frame:
         return self._read_phases()
 
     def read_particles(self) -> None:
-        """Read the particles of all phases, and which of them are lost, before they move on."""
+        """Read the particles of all phases before they move on."""
         dict(self.phases)
-        _ = self.lost
-
-    @cached_property
-    def lost(self) -> Mapping[str, npt.NDArray[np.uint32]]:
-        """Ids (N,), increasing, of the oil particles that booms have lost, by cause."""
-        return self._read_lost()
 
     @cached_property
     def surface(self) -> SurfaceFrame | None:
@@ -264,6 +261,7 @@ class RunDescription:
         site: place on Earth and date; None if unknown.
         dimension: 3, or 2 for a plane, which is a slice one metre thick.
         windows: the boxes of particles inside a sea by formulas; none in other runs.
+        fates: names of the fates of oil, by their codes in `PhaseFrame.fate`; "lost_CAUSE" is oil that a boom has lost.
 
     Raises ValueError for a particle spacing that is not above 0 and for boundaries of another shape.
     """
@@ -281,6 +279,7 @@ class RunDescription:
     site: Site | None = None
     dimension: int = 3
     windows: tuple[WindowDescription, ...] = ()
+    fates: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.particle_spacing > 0.0:
@@ -292,6 +291,11 @@ class RunDescription:
     def particle_volume(self) -> float:
         """Rest volume [m3] of a particle; in a plane, of a particle one metre wide."""
         return self.particle_spacing**self.dimension
+
+    @property
+    def causes(self) -> dict[str, int]:
+        """The causes by which booms may lose oil, with the code of that fate."""
+        return {name.removeprefix(LOST_BY): code for code, name in enumerate(self.fates) if name.startswith(LOST_BY)}
 
     @property
     def oils(self) -> tuple[str, ...]:

@@ -50,7 +50,7 @@ FILM: tuple[tuple[float, str, Color, float], ...] = (
 )
 _THINNEST = 0.04e-6  # [m] of a film that can be seen (Bonn Agreement)
 _SERIES: dict[str, Color] = {
-    "oil_retained": (120, 84, 40, 255),
+    "oil_contained": (120, 84, 40, 255),
     "oil_lost": (222, 32, 32, 255),
     "port": (200, 40, 60, 255),
     "starboard": (40, 150, 70, 255),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from recordings.model.frame import Frame, PhaseFrame
+from recordings.model.frame import Frame, PhaseFrame, RunDescription
 from recordings.model.surface import FilmFrame, SurfaceFrame
 
 MAXIMUM_BLOCK_SECONDS = 0.5  # [s] of wall time that a killed run may lose
@@ -21,9 +21,9 @@ MAXIMUM_BLOCK_BYTES = 8 << 20
 class Sample:
     """One recorded frame; its arrays are never written to again.
 
-    bodies: motions (19,), see `BodyFrame.motion` [m, 1, m/s, rad/s, N, N m]; tensions [N] of bodies that are part of a boom or line; lost:
-    particles by the cause of their loss, which are also in their phases; None in a frame that records no oil; surface, film: the sea and
-    the oil on it, None in a frame that records none.
+    bodies: motions (19,), see `BodyFrame.motion` [m, 1, m/s, rad/s, N, N m]; tensions [N] and held speeds [m/s] of bodies that have some;
+    lost: particles by the cause of their loss, which are also in their phases; None in a frame that records no oil; surface, film: the sea
+    and the oil on it, None in a frame that records none.
     """
 
     index: int
@@ -31,6 +31,7 @@ class Sample:
     phases: Mapping[str, PhaseFrame]
     bodies: Mapping[str, npt.NDArray[np.float64]]
     tensions: Mapping[str, float]
+    held_speeds: Mapping[str, float]
     lost: Mapping[str, PhaseFrame] | None
     scalars: Mapping[str, float]
     surface: SurfaceFrame | None = None
@@ -87,9 +88,9 @@ class Block:
 
 
 def take_sample(
-    frame: Frame, *, precision: float | None, phases: Collection[str] | None, oils: Collection[str]
+    frame: Frame, *, precision: float | None, phases: Collection[str] | None, run: RunDescription
 ) -> Sample:
-    """Copy the part of ``frame`` that is recorded; only particles of ``phases`` (None: of all), of which ``oils`` are oil.
+    """Copy the part of a ``frame`` of ``run`` that is recorded; only particles of ``phases`` (None: of all).
 
     A sample waits for its block, and Rerun then keeps its arrays without copying them. Therefore everything is copied here; a megabyte
     takes a tenth of a millisecond.
@@ -102,26 +103,25 @@ def take_sample(
         phases=taken,
         bodies={name: body.motion.copy() for name, body in frame.bodies.items()},
         tensions={name: body.tension for name, body in frame.bodies.items() if not math.isnan(body.tension)},
-        lost=_lost(frame, {name: taken[name] for name in oils if name in taken}),
+        held_speeds={name: body.held_speed for name, body in frame.bodies.items() if not math.isnan(body.held_speed)},
+        lost=_lost([taken[name] for name in run.oils if name in taken], run.causes),
         scalars=dict(frame.scalars),
     )
 
 
 def _taken(phase: PhaseFrame, precision: float | None) -> PhaseFrame:
-    sizes = (None if size is None else size.copy() for size in (phase.volume, phase.width))
-    return PhaseFrame(rounded(phase.position, precision), phase.id.copy(), *sizes)
+    columns = (None if column is None else column.copy() for column in (phase.volume, phase.width, phase.fate))
+    return PhaseFrame(rounded(phase.position, precision), phase.id.copy(), *columns)  # type: ignore[arg-type]
 
 
-def _lost(frame: Frame, oil: Mapping[str, PhaseFrame]) -> Mapping[str, PhaseFrame] | None:
+def _lost(oils: Sequence[PhaseFrame], causes: Mapping[str, int]) -> Mapping[str, PhaseFrame] | None:
     """Select the lost particles among the oil of the sample, by cause; None if the sample has no oil."""
-    return {cause: _those_of(ids, oil.values()) for cause, ids in frame.lost.items()} if oil else None
-
-
-def _those_of(ids: npt.NDArray[np.uint32], phases: Iterable[PhaseFrame]) -> PhaseFrame:
-    """Select the particles with these ids, which may be in several phases."""
-    parts = [(phase.position[found], phase.id[found]) for phase in phases for found in [np.isin(phase.id, ids)]]
-    position, found_ids = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return PhaseFrame(position, found_ids)
+    if not oils:
+        return None
+    position, ids = np.concatenate([oil.position for oil in oils]), np.concatenate([oil.id for oil in oils])
+    fate = np.concatenate([np.zeros(len(oil.id), np.uint8) if oil.fate is None else oil.fate for oil in oils])
+    there = {cause: fate == code for cause, code in causes.items()}
+    return {cause: PhaseFrame(position[mask], ids[mask]) for cause, mask in there.items() if mask.any()}
 
 
 def rounded(position: npt.NDArray[np.float32], precision: float | None) -> npt.NDArray[np.float32]:

@@ -18,7 +18,7 @@ CAUSE_IN_WORDS: Mapping[str, str] = {
     "splash_over": "splashed over the boom",
     "around_ends": "swept past the boom's end",
     "through": "passed through the boom, at a joint or a net",
-    "left_the_tank": "left the tank",
+    "left_the_domain": "left the tank",
 }
 """Words for each cause, by its name in series and summaries; they complete "oil that ..."."""
 

@@ -60,12 +60,14 @@ def _mean(values: Values) -> float:
 
 _CAUSES = "oil_lost/*"
 _MEASURES = (
-    _Measure("oil_retained", "oil held at the end", "litres", 1e3, _last),
+    _Measure("oil_contained", "oil held at the end", "litres", 1e3, _last),
     _Measure("oil_lost", "oil lost at the end", "litres", 1e3, _last),
     _Measure("oil_lost_modelled", "of it carried out by closures (modelled)", "litres", 1e3, _last),
     _Measure(_CAUSES, "oil {}", "litres", 1e3, _last),
-    _Measure("oil_recovered", "oil taken back", "litres", 1e3, _last),
-    _Measure("oil_removed", "oil that left the tank without being lost", "litres", 1e3, _last),
+    _Measure("oil_recontained", "oil re-contained", "litres", 1e3, _last),
+    _Measure("oil/recovered", "oil recovered by skimmers", "litres", 1e3, _last),
+    _Measure("oil/stranded", "oil stranded", "litres", 1e3, _last),
+    _Measure("oil/left_the_domain", "oil that left the tank without being lost", "litres", 1e3, _last),
     _Measure("tow_speed", "mean speed through the water", "kn", _KNOTS, _mean),
     _Measure("normal_speed_held", "largest held speed normal to the boom", "kn", _KNOTS, _largest),
     _Measure("tow_tension/*", "mean tow tension, {}", "kN", 1e-3, _mean),

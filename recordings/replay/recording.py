@@ -32,13 +32,12 @@ from recordings.model.frame import (
 )
 from recordings.model.sample import ids_of_ranges
 from recordings.replay.repair import damage_of, repair
-from recordings.replay.series import BodySeries, Rows, motions_of_all, motions_of_each, read_rows, read_single
+from recordings.replay.series import BodySeries, Rows, motions_of_all, read_rows, read_single
 from recordings.sink.rerun_sink import FORMAT_VERSION
 
 Terms = ParamSpec("Terms")
 Result = TypeVar("Result")
 
-READ_VERSIONS = (1, FORMAT_VERSION)  # 1: an entity for each body
 
 _PROPERTIES = "__properties"
 _LEVELS: dict[str, EventLevel] = {"INFO": "info", "WARN": "warning", "ERROR": "error"}
@@ -193,6 +192,7 @@ class Replay:
             exercise=exercise_from_json(scenario.get("exercise") or ""),
             site=site_from_json(scenario.get("site") or ""),
             windows=windows_from_json(scenario.get("windows") or ""),
+            fates=tuple(str(scenario.get("fates") or "").split()),
         )
 
     @cached_property
@@ -206,11 +206,11 @@ class Replay:
     @_told
     def bodies(self) -> Mapping[str, BodySeries]:
         """Every body's motion by its name."""
-        motions, tensions = (self._rows((f"/{entity_paths.MOTIONS}",), what) for what in ("motion", "tension"))
-        if motions:
-            names = self._rows((f"/{entity_paths.motion_names()}",), "names")
-            return motions_of_all(*(next(iter(rows.values())) for rows in (names, motions, tensions)))
-        return motions_of_each(self._rows(_body_paths(), "motion"), self._rows(_body_paths(), "tension"))
+        columns = [
+            self._rows((f"/{entity_paths.motion_names()}",), "names"),
+            *(self._rows((f"/{entity_paths.MOTIONS}",), what) for what in ("motion", "tension", "held_speed")),
+        ]
+        return motions_of_all(*(next(iter(rows.values()), []) for rows in columns))
 
     @cached_property
     @_told
@@ -234,12 +234,6 @@ class Replay:
         """Yield communication step, time [s] and particles of one phase, frame by frame; only at ``indices``, if given."""
         return self.particles(entity_paths.phase(name), indices)
 
-    def lost_frames(
-        self, cause: str, indices: Collection[int] | None = None
-    ) -> Iterator[tuple[int, float, PhaseFrame]]:
-        """Yield the same for the oil particles that booms have lost by one cause; each is also one of its phase's particles."""
-        return self.particles(entity_paths.lost(cause), indices)
-
     @cached_property
     @_told
     def lost_causes(self) -> tuple[str, ...]:
@@ -252,8 +246,10 @@ class Replay:
         """Yield step, time [s] and particles at an entity path, frame by frame; only at ``indices``, if given."""
         ids = self._ids(path)
         changes = [index for index, _ in ids]
-        sizes = self._sizes(path)
-        resized = [index for index, _ in sizes]
+        sizes, fates = (
+            self._changing(entity_paths.sizes(path), "sizes"),
+            self._changing(entity_paths.fates(path), "fates"),
+        )
         for _, chunk in self.chunks(f"/{path}"):
             rows = read_rows(chunk, "Points3D:positions")
             if rows is None:
@@ -261,8 +257,11 @@ class Replay:
             for index, time, position in zip(rows.index.tolist(), rows.time.tolist(), rows.split(), strict=True):
                 if indices is None or index in indices:
                     known = bisect_right(changes, index) - 1
-                    size = sizes[bisect_right(resized, index) - 1][1] if resized and len(position) else ()
-                    yield index, time, PhaseFrame(position.astype(np.float32, copy=False), ids[known][1], *size)
+                    size, fate = (_holding(column, index) if len(position) else None for column in (sizes, fates))
+                    volume, width = (None, None) if size is None else size.astype(np.float32).reshape(-1, 2).T
+                    code = None if fate is None else fate.astype(np.uint8)
+                    place = position.astype(np.float32, copy=False)
+                    yield index, time, PhaseFrame(place, ids[known][1], volume, width, code)
 
     def phase_times(self, name: str) -> Series:
         """Return the steps and times at which a phase's particles were recorded, with their number as value."""
@@ -284,14 +283,11 @@ class Replay:
             changes += [(index, ids_of_ranges(ranges.astype(np.uint32))) for index, ranges in rows]
         return sorted(changes, key=lambda change: change[0])
 
-    def _sizes(self, particles: str) -> list[tuple[int, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]]:
-        """Return volumes and widths of the parcels at a path; each pair holds from its step until the next. None of particles."""
-        path = entity_paths.sizes(particles)
+    def _changing(self, path: str, component: str) -> list[tuple[int, npt.NDArray[np.generic]]]:
+        """Return a column of values of particles that is at a path; each holds from its step until the next."""
         found = []
-        for part in self._rows((f"/{path}",), "sizes").get(path, []):
-            for index, values in zip(part.index.tolist(), part.split(), strict=True):
-                volume, width = values.astype(np.float32).reshape(-1, 2).T
-                found.append((index, (volume, width)))
+        for part in self._rows((f"/{path}",), component).get(path, []):
+            found += list(zip(part.index.tolist(), part.split(), strict=True))
         return sorted(found, key=lambda change: change[0])
 
     def _phase_descriptions(self) -> tuple[PhaseDescription, ...]:
@@ -302,7 +298,6 @@ class Replay:
             if "description" in values:
                 stored = json.loads(str(values["description"]))
                 color = tuple(stored.pop("color")) if stored.get("color") else None
-                stored.setdefault("is_oil", _sounds_like_oil(stored["name"]))
                 order = int(str(values["Points3D:class_ids"]))
                 found.append((order, PhaseDescription(**(stored | {"color": color}))))
         return tuple(phase for _, phase in sorted(found, key=lambda pair: pair[0]))
@@ -310,7 +305,7 @@ class Replay:
     def _meshes(self) -> dict[str, MeshDescription]:
         """Read the triangles of every body that has some."""
         found: dict[str, MeshDescription] = {}
-        for path, chunk in self.chunks(*_body_paths(), static=True):
+        for _, chunk in self.chunks(*_body_paths(), static=True):
             vertices, faces = read_rows(chunk, "vertices"), read_rows(chunk, "faces")
             factor = read_rows(chunk, "Mesh3D:albedo_factor")
             if vertices is not None and faces is not None:
@@ -318,8 +313,8 @@ class Replay:
                 corners = vertices.values.astype(np.float32).reshape(-1, 3)
                 triangles = faces.values.astype(np.uint32).reshape(-1, 3)
                 mesh = MeshDescription(vertices=corners, faces=triangles, color=color)
-                names = read_rows(chunk, "names")  # format 1 has a mesh at each body's path
-                found |= dict.fromkeys([entity_paths.body_name(path)] if names is None else names.values.tolist(), mesh)
+                names = read_rows(chunk, "names")
+                found |= dict.fromkeys([] if names is None else names.values.tolist(), mesh)
         return dict(sorted(found.items()))
 
     def _boundaries(self) -> dict[str, npt.NDArray[np.float32]]:
@@ -350,6 +345,12 @@ class Replay:
                     yield place.entity_path, read_chunk(file, place)
 
 
+def _holding(column: list[tuple[int, npt.NDArray[np.generic]]], index: int) -> npt.NDArray[np.generic] | None:
+    """Return the values that hold at a step; None if there are none."""
+    at = bisect_right(column, index, key=lambda change: change[0]) - 1
+    return column[at][1] if at >= 0 else None
+
+
 def _is_within(path: str, content: str) -> bool:
     """Tell whether an entity path is the one given, or that or one below it if `/**` follows."""
     root = content.removesuffix("/**")
@@ -361,14 +362,8 @@ def _require_run(path: Path, terms: Mapping[str, Any]) -> None:
     if "particle_spacing" not in terms:
         raise RecordingError(path, "has no run of oilsim, or was cut off before a run began")
     version = terms.get("format_version")
-    if version not in READ_VERSIONS:
-        allowed = " or ".join(map(str, READ_VERSIONS))
-        raise RecordingError(path, f"has format version {version}, allowed: {allowed}, which this program reads")
-
-
-def _sounds_like_oil(name: str) -> bool:
-    """Tell by its name whether a phase is oil, for recordings that do not say it."""
-    return any(word in name.lower() for word in ("oil", "crude", "diesel", "fuel"))
+    if version != FORMAT_VERSION:
+        raise RecordingError(path, f"has format version {version}, allowed: {FORMAT_VERSION}, which this program reads")
 
 
 def _unpacked(color: int) -> Color:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -96,7 +96,8 @@ MOTION = 19  # numbers of a body's motion, see `BodyFrame.motion`
 class BodySeries:
     """A body at N instants.
 
-    index (N,), time (N,) [s], pose (N, 7) [m, 1], twist (N, 6) [m/s, rad/s], wrench (N, 6) [N, N m] and tension (N,) [N], NaN without one.
+    index (N,), time (N,) [s], pose (N, 7) [m, 1], twist (N, 6) [m/s, rad/s], wrench (N, 6) [N, N m], tension (N,) [N] and held speed (N,)
+    [m/s], NaN of bodies without one.
     """
 
     index: npt.NDArray[np.int64]
@@ -105,6 +106,7 @@ class BodySeries:
     twist: npt.NDArray[np.float64]
     wrench: npt.NDArray[np.float64]
     tension: npt.NDArray[np.float64]
+    held_speed: npt.NDArray[np.float64]
 
     def frame(self, row: int) -> BodyFrame:
         """Return the body at one instant."""
@@ -115,11 +117,12 @@ class BodySeries:
             angular_velocity=self.twist[row, 3:],
             wrench=self.wrench[row],
             tension=float(self.tension[row]),
+            held_speed=float(self.held_speed[row]),
         )
 
 
 def motions_of_all(
-    names: Sequence[Rows], motions: Sequence[Rows], tensions: Sequence[Rows]
+    names: Sequence[Rows], motions: Sequence[Rows], tensions: Sequence[Rows], speeds: Sequence[Rows]
 ) -> Mapping[str, BodySeries]:
     """Read the motions that one entity has of all bodies; each row of `names` holds until the next."""
     if not motions:
@@ -128,35 +131,23 @@ def motions_of_all(
     named.sort(key=lambda change: change[0])
     changes = [at for at, _ in named]
     index, time, motion = _joined(motions)
-    tension = _joined(tensions)[2]
+    tension, speed = _joined(tensions)[2], _joined(speeds)[2]
     order = np.argsort(index, kind="stable")
     holding = np.searchsorted(changes, index[order], side="right") - 1
     pieces: dict[str, list[BodySeries]] = defaultdict(list)
     for change in np.unique(holding).tolist():
         rows, bodies = order[holding == change], named[change][1]
         moved = np.stack([motion[row] for row in rows]).reshape(len(rows), len(bodies), MOTION)
-        pulled = np.stack([tension[row] for row in rows])
+        pulled, held = (np.stack([values[row] for row in rows]) for values in (tension, speed))
         for place, name in enumerate(bodies):
-            pieces[name].append(_series(index[rows], time[rows], moved[:, place], pulled[:, place]))
+            one = moved[:, place]
+            pieces[name].append(
+                BodySeries(
+                    index=index[rows], time=time[rows], pose=one[:, :7], twist=one[:, 7:13], wrench=one[:, 13:],
+                    tension=pulled[:, place], held_speed=held[:, place],
+                )
+            )  # fmt: skip
     return {name: _end_to_end(parts) for name, parts in pieces.items()}
-
-
-def motions_of_each(
-    motions: Mapping[str, Sequence[Rows]], tensions: Mapping[str, Sequence[Rows]]
-) -> Mapping[str, BodySeries]:
-    """Read the motions of recordings of format 1, which have an entity for each body, by its path."""
-    return dict(_each(motions, tensions))
-
-
-def _each(
-    motions: Mapping[str, Sequence[Rows]], tensions: Mapping[str, Sequence[Rows]]
-) -> Iterator[tuple[str, BodySeries]]:
-    for path, parts in motions.items():
-        index, time, motion = _joined(parts)
-        pulled = np.concatenate(_joined(tensions[path])[2]) if path in tensions else np.full(len(index), np.nan)
-        order = np.argsort(index, kind="stable")
-        series = _series(index[order], time[order], np.array(motion)[order], pulled[order])
-        yield entity_paths.body_name(path), series
 
 
 def _joined(
@@ -165,17 +156,6 @@ def _joined(
     """Join chunks: steps (R,), times (R,) [s], and the values of each row."""
     values = [row.astype(np.float64) for part in parts for row in part.split()]
     return np.concatenate([part.index for part in parts]), np.concatenate([part.time for part in parts]), values
-
-
-def _series(
-    index: npt.NDArray[np.int64],
-    time: npt.NDArray[np.float64],
-    motion: npt.NDArray[np.float64],
-    tension: npt.NDArray[np.float64],
-) -> BodySeries:
-    return BodySeries(
-        index=index, time=time, pose=motion[:, :7], twist=motion[:, 7:13], wrench=motion[:, 13:], tension=tension
-    )
 
 
 def _end_to_end(parts: Sequence[BodySeries]) -> BodySeries:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 OIL_PLOTS: Mapping[str, tuple[str, ...]] = {
-    "Oil held and lost [m³]": ("oil_retained", "oil_lost", "oil_lost_modelled"),
+    "Oil held and lost [m³]": ("oil_contained", "oil_lost", "oil_lost_modelled"),
     "Oil lost by cause [m³]": ("oil_lost/**",),
     "Speed [m/s]": ("tow_speed", "normal_speed_held", "normal_speed_limit"),
 }

@@ -74,7 +74,7 @@ class Recorder:
         self._last_index = 0
         self._is_first = True
         self._film_box: tuple[float, ...] = ()
-        self._oils: tuple[str, ...] = ()
+        self._run: RunDescription | None = None
         _require_writable(self.path)
 
     def __enter__(self) -> Recorder:
@@ -92,7 +92,7 @@ class Recorder:
 
         if self._file is not None:
             raise RecordingError(self.path, "is already open, allowed: one run for each recorder")
-        self._oils = run.oils
+        self._run = run
         terms = {"frame_rate": self.frame_rate, "precision": self.precision or 0.0}
         if self.surface_rate:
             terms["surface_rate"] = self.surface_rate
@@ -105,13 +105,14 @@ class Recorder:
     def step_completed(self, frame: Frame) -> None:
         """Record the frame if it is due; otherwise do nothing, and do not read the particles."""
         file = self._open_file()
+        assert self._run is not None
         self._last_index = frame.index
         slot = int(frame.time * self.frame_rate + _TIME_SLACK)
         if slot <= self._last_slot:
             file.write_if_full()
             return
         self._last_slot = slot
-        sample = take_sample(frame, precision=self.precision, phases=self._due_phases(frame), oils=self._oils)
+        sample = take_sample(frame, precision=self.precision, phases=self._due_phases(frame), run=self._run)
         sample = self._with_surface(frame, sample)
         self.recorded_frames += 1
         self._is_first = False

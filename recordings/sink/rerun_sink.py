@@ -22,6 +22,7 @@ from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 import rerun as rr
 
 from recordings.files.errors import RecordingError
@@ -35,7 +36,7 @@ from recordings.sink.legend import legend
 from recordings.sink.writers import BodyWriter, BoomNames, SurfaceWriter
 
 APPLICATION = "oilsim"
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 RESERVED_BYTES = 32 << 20  # disk space kept free for the footer, the log and other programs
 _FLUSH_SECONDS = 60.0
 _ANSWER_SECONDS = 1.0
@@ -57,7 +58,7 @@ class RerunWriter:
         self._last_instants: tuple[int, ...] = ()
         self._last_times: list[rr.TimeColumn] = []
         self._last_ids: dict[str, npt.NDArray[np.uint32]] = {}
-        self._last_sizes: dict[str, npt.NDArray[np.float32]] = {}
+        self._last_columns: dict[str, npt.NDArray[np.generic]] = {}
         self._places: dict[str, npt.NDArray[np.float64]] = {}
         self._causes: list[str] = []
         self._surface = SurfaceWriter(self._static, self._columns)
@@ -134,8 +135,9 @@ class RerunWriter:
         exercise, site = to_json(run.exercise), to_json(run.site)
         windows = windows_to_json(run.windows)
         facts = rr.AnyValues(
-            name=run.name, text=run.text, camera=camera, plots=plots, exercise=exercise, site=site, windows=windows
-        )
+            name=run.name, text=run.text, camera=camera, plots=plots, exercise=exercise, site=site, windows=windows,
+            fates=" ".join(run.fates),
+        )  # fmt: skip
         self._stream.send_property("scenario", facts)
         fixed = {"format_version": FORMAT_VERSION, "particle_spacing": run.particle_spacing, "dimension": run.dimension}
         self._stream.send_property("recording", rr.AnyValues(**fixed, **terms))
@@ -161,26 +163,33 @@ class RerunWriter:
             values = rr.AnyValues.columns(ranges=np.concatenate(ranges)).partition([len(item) for item in ranges])
             self._columns(entity_paths.ids(path), changed, values)
         self._write_sizes(path, samples, frames)
+        fates = [(one, frame.fate) for one, frame in zip(samples, frames, strict=True) if frame.fate is not None]
+        self._write_changed(entity_paths.fates(path), "fates", fates)
         positions = [frame.position for frame in frames]
         together = positions[0] if len(positions) == 1 else np.concatenate(positions)
         column = rr.Points3D.columns(positions=together).partition([len(position) for position in positions])
         self._columns(path, samples, column)
 
     def _write_sizes(self, path: str, samples: Sequence[Sample], frames: Sequence[PhaseFrame]) -> None:
-        """Write volume and width of each parcel (N, 2), where they have changed; particles have none."""
-        changed, sizes = [], []
-        for sample, frame in zip(samples, frames, strict=True):
-            if frame.volume is None or frame.width is None or not len(frame.id):
-                continue
-            size = np.column_stack((frame.volume, frame.width)).ravel()
-            before = self._last_sizes.get(path)
-            if before is None or not np.array_equal(size, before):
-                self._last_sizes[path] = size
-                changed.append(sample)
-                sizes.append(size)
+        """Write volume and width of each parcel (N, 2); particles have none."""
+        sizes = [
+            (sample, np.column_stack((frame.volume, frame.width)).ravel())
+            for sample, frame in zip(samples, frames, strict=True)
+            if frame.volume is not None and frame.width is not None
+        ]
+        self._write_changed(entity_paths.sizes(path), "sizes", sizes)
+
+    def _write_changed(self, path: str, name: str, columns: Sequence[tuple[Sample, npt.NDArray[np.generic]]]) -> None:
+        """Write a column of values of particles where it has changed, and has values."""
+        changed: list[tuple[Sample, npt.NDArray[np.generic]]] = []
+        for sample, column in columns:
+            before = self._last_columns.get(path)
+            if len(column) and (before is None or not np.array_equal(column, before)):
+                self._last_columns[path] = column
+                changed.append((sample, column))
         if changed:
-            values = rr.AnyValues.columns(sizes=np.concatenate(sizes)).partition([len(size) for size in sizes])
-            self._columns(entity_paths.sizes(path), changed, values)
+            values = rr.AnyValues.columns(**{name: pa.array(np.concatenate([column for _, column in changed]))})
+            self._columns(path, [one for one, _ in changed], values.partition([len(column) for _, column in changed]))
 
     def _write_lost(self, samples: Sequence[Sample]) -> None:
         """Write the oil that booms lost, by cause; once a cause has occurred it is always written, even without particles."""

@@ -149,7 +149,7 @@ class BodyWriter:
                 self._draw(drawn, present)
 
     def _write_motions(self, samples: Sequence[Sample]) -> None:
-        """Write the motion and tension of every body at full precision, and before them the bodies' names if they have changed."""
+        """Write motion, tension and held speed of every body at full precision, and before them the bodies' names if they have changed."""
         changed = []
         for sample in samples:
             names = tuple(sample.bodies)
@@ -162,10 +162,12 @@ class BodyWriter:
             self._changing(entity_paths.motion_names(), changed, parts)
         motion = np.concatenate([motion for sample in samples for motion in sample.bodies.values()])
         tension = np.array([sample.tensions.get(name, np.nan) for sample in samples for name in sample.bodies])
+        held = np.array([sample.held_speeds.get(name, np.nan) for sample in samples for name in sample.bodies])
         counts = np.array([len(sample.bodies) for sample in samples])
         columns = [
             *rr.AnyValues.columns(motion=pa.array(motion)).partition(len(motion) // counts.sum() * counts),
             *rr.AnyValues.columns(tension=pa.array(tension)).partition(counts),
+            *rr.AnyValues.columns(held_speed=pa.array(held)).partition(counts),
         ]
         self._changing(entity_paths.MOTIONS, samples, columns)
 

@@ -32,7 +32,9 @@ class History:
             "time": time,
             "vessels": {name: [round(one["x"], 2), round(one["y"], 2)] for name, one in state["vessels"].items()},
             "booms": {
-                name: {key: boom[key] for key in ("oil_retained", "oil_lost", "normal_speed_held", "tow_speed", "pull")}
+                name: {
+                    key: boom[key] for key in ("oil_contained", "oil_lost", "normal_speed_held", "tow_speed", "pull")
+                }
                 for name, boom in state["booms"].items()
             },
         }

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
 from oilsim.core.physical_constants import KNOT
+from oilsim.oil.fates import FATES
 from recordings.model import palette
 from recordings.model.exercise import BoomDescription
 from recordings.model.frame import Frame
@@ -23,7 +24,7 @@ from recordings.model.words import CAUSE_IN_WORDS
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of, joint_name
-from scenarios.watch.oil_spots import AFLOAT, LOST, Spots, spots_of_slick
+from scenarios.watch.slick_oil import Spots, spots_of_slick
 from vessels.vessel import heading_of
 
 MOST_SPOTS = 20_000  # [1] that a page draws smoothly; the cells of particles grow until they are fewer
@@ -42,16 +43,10 @@ def oil_spots(assembly: Assembly, frame: Frame) -> Spots:
     if not oils:
         return np.empty((0, 5), np.float32)
     places = np.concatenate([oil.position for oil in oils])[:, :2].astype(np.float64)
-    ids = np.concatenate([oil.id for oil in oils])
-    gone = np.concatenate([*frame.lost.values(), np.empty(0, np.uint32)])
-    is_lost = np.isin(ids, gone)
+    fates = np.concatenate([np.zeros(len(oil.id), np.uint8) if oil.fate is None else oil.fate for oil in oils])
     cell, volume = CELL * assembly.description.particle_spacing, fluid.config.rest_volume
-    return np.concatenate(
-        [
-            spots_of_particles(places[~is_lost], volume, cell, AFLOAT),
-            spots_of_particles(places[is_lost], volume, cell, LOST),
-        ]
-    )
+    found = [spots_of_particles(places[fates == fate], volume, cell, fate) for fate in np.unique(fates).tolist()]
+    return np.concatenate([*found, np.empty((0, 5), np.float32)])
 
 
 def spots_of_particles(places: NDArray[np.float64], volume: float, cell: float, fate: int) -> Spots:
@@ -74,7 +69,9 @@ def as_text(array: NDArray[np.float32]) -> str:
     return base64.b64encode(np.ascontiguousarray(array, dtype="<f4").tobytes()).decode("ascii")
 
 
-GAUGES = ("tow_speed", "normal_speed_held", "gap_ratio", "oil_retained", "oil_lost", "oil_free", "skirt_angle")
+GAUGES = (
+    "tow_speed", "normal_speed_held", "gap_ratio", "oil_contained", "oil_lost", "oil_met", "oil_afloat", "skirt_angle",
+)  # fmt: skip
 NORMAL_SPEEDS = (
     0.6 * KNOT,
     0.7 * KNOT,
@@ -112,6 +109,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
             for name, words in CAUSE_IN_WORDS.items()
         },
         "oils": list(assembly.description.oils),
+        "fates": list(FATES),
         "pipe": {"height": assembly.level + 0.3, "radius": max(0.1, 2.0 * assembly.description.particle_spacing)},
         "injects": [{"name": name, "text": one.text} for name, one in scenario.injects.items()],
         "films": [
@@ -141,6 +139,7 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, 
         "pipes": {name: pipe.speed for name, pipe in scenario.emitters.items()},
         "given": [name for name, one in scenario.injects.items() if one.given],
         "oil": as_text(oil_spots(assembly, frame)),
+        "ledger": assembly.scoring.ledger.rows.summary(),
     }
 
 

@@ -1,17 +1,16 @@
-"""The history of each boom over time, computed from the recorded motions of its segments and the recorded series."""
+"""The history of each boom over time: the recorded scores and oil ledger, and its shape from the recorded motions of its segments."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom_state import BoomState
-from booms.containment import PRACTICE_SPEED
-from booms.scores import HeldSpeed, LossSpeeds
 from recordings.model.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import Replay, Series
 from recordings.replay.running_extremes import WORST, reached
@@ -24,6 +23,13 @@ UNDER_WAY = 0.5  # fraction of the highest tow speed through the water from whic
 START_UP = 0.1  # lengths of the boom that it goes through the water until it has taken its shape
 
 
+class Losses(NamedTuple):
+    """Tow speeds [m/s] at the first loss and at the gross loss; None if it did not come to it."""
+
+    first: float | None
+    gross: float | None
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoomHistory:
     """The history of one boom at the N recorded instants.
@@ -33,12 +39,13 @@ class BoomHistory:
     tension       (N, S) [N] along the boom; NaN if it was not recorded
     tow_tension   (N,) [N] for each end
     tow_peak      (N,) [N] for each end: the highest value since the instant before, as far as the recording has it
-    held_peak     (N,) [m/s]: likewise for the largest held speed along the boom; None if it was not recorded
-    oil           (N,) [m3] for "retained", "lost", "passed", "free", "removed", "recovered" and each "lost/<cause>"
+    held_speed    (N, S) [m/s] at which water kept running against each segment; held_peak (N,) [m/s]: as `tow_peak`, the largest of all
+    oil           (N,) [m3] of each series of the boom's oil, as "contained" and "lost/<cause>", see `oilsim.oil.ledger.BoomOil`
+    spilled       (N,) [m3] all oil that was spilled so far
+    losses        tow speeds [m/s] at the first loss and at the gross loss
     tow_speed     (N,) [m/s] through the water, mean of the vessels
     current       (N, 2) [m/s]
     water_level   [m]
-    wave_period   [s] at the start; 0 without waves
     series        all series of the recording by name, of several booms those of this one without its name
     """
 
@@ -50,32 +57,18 @@ class BoomHistory:
     tension: Array
     tow_tension: Mapping[str, Array]
     tow_peak: Mapping[str, Array]
-    held_peak: Array | None
+    held_speed: Array
+    held_peak: Array
     oil: Mapping[str, Array]
+    spilled: Array
+    losses: Losses
     tow_speed: Array
-    wave_period: float = 0.0
     series: Mapping[str, Series] = field(default_factory=dict)
 
     @cached_property
     def normal_flow(self) -> Array:
         """Velocity (N, S) [m/s] of each segment through the water along its normal."""
         return np.array([state.normal_flow(now) for state, now in zip(self.states, self.current, strict=True)])
-
-    @property
-    def hold_time(self) -> float:
-        """Time [s] for which a speed must last to count as held: water at 0.7 knots passes the skirt's depth in it, or a wave passes."""
-        return HeldSpeed.at(PRACTICE_SPEED, self.boom.skirt_depth, self.wave_period).window
-
-    @cached_property
-    def held_speed(self) -> Array:
-        """Speed (N, S) [m/s] at which water kept running against each segment; see `HeldSpeed`."""
-        held = HeldSpeed(window=self.hold_time)
-        return np.array([held.add(float(time), flow) for time, flow in zip(self.time, self.normal_flow, strict=True)])
-
-    @property
-    def highest_held_speed(self) -> float:
-        """Highest speed [m/s] at which water kept running against any segment."""
-        return float((self.held_speed if self.held_peak is None else self.held_peak).max())
 
     @cached_property
     def skirt_angle(self) -> Array:
@@ -133,20 +126,9 @@ class BoomHistory:
         return dict(sorted(((k, v) for k, v in lost.items() if v.any()), key=lambda item: -float(item[1][-1])))
 
     @property
-    def passed(self) -> Array:
-        """Oil (N,) [m3] that has gone past the boom, less what it took back; a recording without it has the oil that is lost now."""
-        return self.oil.get("passed", self.oil["lost"])
-
-    @property
-    def passed_modelled(self) -> Array:
-        """The part (N,) [m3] of `passed` that closures carried out; 0 in recordings without closures."""
-        return self.oil.get("passed_modelled", self.oil.get("lost_modelled", np.zeros_like(self.time)))
-
-    @cached_property
     def recovered(self) -> Array | None:
         """Oil (N,) [m3] that skimmers at the boom had taken; None in a recording without them."""
-        found = self.skimmed("oil")
-        return np.asarray(np.sum(found, axis=0)) if found else None
+        return self.oil["recovered"] if self.of_skimmers("oil") else None
 
     def skimmed(self, what: str) -> list[Array]:
         """Return the sum (N,) [m3] of "oil" or "water" of each skimmer at the boom."""
@@ -162,27 +144,6 @@ class BoomHistory:
             if at_boom is None or name.split("/")[1] in at_boom
         ]
 
-    @cached_property
-    def at_boom(self) -> Array:
-        """Oil (N,) [m3] that the boom holds, has lost, and that was recovered since it first had oil."""
-        there = self.oil["retained"] + self.oil["lost"]
-        if self.recovered is None:
-            return there
-        return np.asarray(there + np.where(np.maximum.accumulate(there) > 0.0, self.recovered, 0.0))
-
-    @cached_property
-    def met(self) -> Array:
-        """Oil (N,) [m3] that the boom had met so far; oil that floats off again, or that a skimmer takes, stays among it."""
-        return np.maximum.accumulate(self.at_boom)
-
-    @cached_property
-    def loss_speeds(self) -> LossSpeeds:
-        """Tow speeds at the first loss and at the gross loss."""
-        losses = LossSpeeds()
-        for row in zip(self.time, self.tow_speed, self.passed, self.met, strict=True):
-            losses.add(*(float(value) for value in row))
-        return losses
-
 
 def boom_histories(replay: Replay) -> list[BoomHistory]:
     """Compute the history of every boom whose segments and oil are in the recording."""
@@ -193,15 +154,15 @@ def boom_histories(replay: Replay) -> list[BoomHistory]:
     found = []
     for boom in exercise.booms:
         prefix = f"{boom.name}/" if several else ""
-        retained = replay.scalars.get(f"{prefix}oil_retained")
-        if retained is not None and len(retained.index) and all(name in replay.bodies for name in boom.segments):
+        clock = replay.scalars.get(f"{prefix}oil_contained")
+        if clock is not None and len(clock.index) and all(name in replay.bodies for name in boom.segments):
             found.append(_history(replay, exercise, boom, prefix))
     return found
 
 
 def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescription, prefix: str) -> BoomHistory:
     segments = [replay.bodies[name] for name in boom.segments]
-    clock: Series = replay.scalars[f"{prefix}oil_retained"]
+    clock: Series = replay.scalars[f"{prefix}oil_contained"]
     count = min(len(clock.index), *(len(segment.index) for segment in segments))
     series = {
         name.removeprefix(prefix): _on(clock.index[:count], one, name.removeprefix(prefix))
@@ -218,12 +179,14 @@ def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
             [series.get(f"current/{axis}", still + exercise.current[k]) for k, axis in enumerate("xy")], 1
         ),
         water_level=exercise.water_level,
-        wave_period=exercise.wave_period,
         tension=np.stack([segment.tension[:count] for segment in segments], axis=1),
         tow_tension=_beginning_with("tow_tension/", series),
         tow_peak=_beginning_with("tow_tension/", worst),
-        held_peak=worst.get("normal_speed_held"),
+        held_speed=np.stack([segment.held_speed[:count] for segment in segments], axis=1),
+        held_peak=worst.get("normal_speed_held", still),
         oil=_beginning_with("oil_", series),
+        spilled=_on(clock.index[:count], replay.scalars["oil/spilled"], "oil_spilled"),
+        losses=Losses(*(_last_above_zero(series.get(f"{name}_loss_speed", still)) for name in ("first", "gross"))),
         tow_speed=series.get("tow_speed", still),
         series={name.removeprefix(prefix): one for name, one in replay.scalars.items()},
     )
@@ -237,6 +200,10 @@ def _on(index: NDArray[np.int64], one: Series, name: str) -> Array:
     _, rows, places = np.intersect1d(index, one.index, return_indices=True)
     values[rows] = one.value[places]
     return values
+
+
+def _last_above_zero(values: Array) -> float | None:
+    return float(values[-1]) if values[-1] > 0.0 else None
 
 
 def _beginning_with(start: str, series: Mapping[str, Array]) -> dict[str, Array]:

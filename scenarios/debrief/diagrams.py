@@ -49,7 +49,7 @@ def oil_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
     figure = empty_figure(4.6)
     whole, lost = figure.subplots(2, 1, sharex=True)
     factor, unit = volume_unit(history)
-    parts = {"held": (history.oil["retained"], HELD_COLOR), "not met yet": (history.oil["free"], _FREE)}
+    parts = {"held": (history.oil["contained"], HELD_COLOR), "not met yet": (history.oil["afloat"], _FREE)}
     causes = {
         cause_in_words(cause): (volume, palette.css(palette.cause_color(cause)))
         for cause, volume in history.causes.items()
@@ -83,7 +83,7 @@ def speed_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
         held,
         color=_LINES[0],
         linewidth=1.6,
-        label=f"normal to the boom, highest held for {history.hold_time:.2g} s",
+        label=f"normal to the boom, highest held for {history.boom.hold_time:.2g} s",
     )
     axes.plot(
         history.time,
@@ -182,7 +182,7 @@ def along_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure:
 
 def _held_speed(history: BoomHistory) -> Array:
     """Compute the held speeds (N, S) [m/s]: NaN before the hold time has passed, or 0 if the run is shorter than that."""
-    begun = history.time - history.time[0] >= history.hold_time
+    begun = history.time - history.time[0] >= history.boom.hold_time
     return np.where(begun[:, None], history.held_speed, np.nan if begun.any() else 0.0)
 
 
@@ -225,7 +225,7 @@ def finish(rows: Sequence[Axes], moments: Sequence[KeyMoment], *, grid: bool = T
 
 def volume_unit(history: BoomHistory) -> tuple[float, str]:
     """Return the factor from m3, and the name, of the unit in which the page shows the volumes of a boom."""
-    largest = float((history.oil["retained"] + history.oil["lost"] + history.oil["free"]).max())
+    largest = float((history.oil["contained"] + history.oil["lost"] + history.oil["afloat"]).max())
     name, factor = unit_for("m³", largest)
     return factor, name
 

@@ -23,12 +23,12 @@ def loss_by_speed(history: BoomHistory) -> tuple[Array, Array, Array]:
     """Return speeds (K,) [m/s], the middles of steps of 0.1 kn, and the loss there (K,) [of the pool a minute], resolved and modelled.
 
     The loss of a recorded interval counts at its mean tow speed, over the oil held at its beginning. A step that took no time is left out.
-    Oil that was taken back counts against the loss, but not below 0.
+    Oil that was re-contained counts against the loss, but not below 0.
     """
     duration = np.diff(history.time)
     step = np.floor(0.5 * (history.tow_speed[1:] + history.tow_speed[:-1]) / STEP).astype(np.int64)
-    passed, modelled = history.passed, history.passed_modelled
-    pool = np.maximum(history.oil["retained"][:-1], 0.0)
+    passed, modelled = history.oil["passed"], history.oil["passed_modelled"]
+    pool = np.maximum(history.oil["contained"][:-1], 0.0)
     held = np.bincount(step, weights=pool * duration)
     steps = np.flatnonzero(held > 0.0)
     rates: list[Array] = []
@@ -40,7 +40,7 @@ def loss_by_speed(history: BoomHistory) -> tuple[Array, Array, Array]:
 
 def loss_curve(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | None:
     """Draw the loss over the tow speed beside the band of practice; None if no oil was lost."""
-    if len(history.time) < 2 or not history.passed.any():
+    if len(history.time) < 2 or not history.oil["passed"].any():
         return None
     figure = empty_figure(3.0)
     axes = figure.subplots()
@@ -51,8 +51,7 @@ def loss_curve(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | N
     axes.bar(
         place, 100.0 * modelled, width, bottom=100.0 * resolved, color=MODELLED_COLOR, label="modelled by closures"
     )
-    losses = history.loss_speeds
-    for found, name, style in ((losses.first_loss, "first loss", "--"), (losses.gross_loss, "gross loss", ":")):
+    for found, name, style in ((history.losses.first, "first loss", "--"), (history.losses.gross, "gross loss", ":")):
         if found is not None:
             axes.axvline(found / KNOT, color="#c23030", linestyle=style, label=f"{name}, {found / KNOT:.2f} kn")
     axes.set_xlabel("tow speed through the water [kn]")

@@ -19,13 +19,12 @@ AT_BERTH = 15.0
 
 def _taken_in(history: BoomHistory) -> float:
     """Return the oil [m3] that the boom has met; oil that floats off again when the stream turns stays among it."""
-    return float(history.met[-1])
+    return float(history.oil["met"][-1])
 
 
 def held(history: BoomHistory) -> float | None:
     """Return the share [%] of the oil held at the end, or recovered, of all that the boom has met; None without oil."""
-    taken_in = _taken_in(history)
-    return 100.0 * float(1.0 - history.oil["lost"][-1] / taken_in) if taken_in > 0.0 else None
+    return 100.0 * float(history.oil["contained_share"][-1]) if _taken_in(history) > 0.0 else None
 
 
 def recovered(history: BoomHistory) -> float | None:
@@ -70,16 +69,11 @@ def strength(history: BoomHistory) -> float | None:
     return 100.0 * float(shares[after].max()) if after.any() else None
 
 
-def _all_oil(history: BoomHistory) -> Array:
-    """Return all oil (N,) [m3] that the boom's account knows."""
-    return history.oil["retained"] + history.oil["lost"] + history.oil["free"] + history.oil["removed"]
-
-
 def met(history: BoomHistory) -> float | None:
-    """Return the share [%] of the oil that the boom has met, of that and the oil that it has not; None without oil."""
-    taken_in = _taken_in(history)
-    floated_off = taken_in - float(history.at_boom[-1])
-    there = taken_in + max(0.0, float(history.oil["free"][-1]) - floated_off)
+    """Return the share [%] of the oil that the boom has met, of that and the oil afloat that it has not; None without oil."""
+    oil, taken_in = {name: float(values[-1]) for name, values in history.oil.items()}, _taken_in(history)
+    floated_off = taken_in - (oil["contained"] + oil["lost"] + oil.get("recovered", 0.0))
+    there = taken_in + max(0.0, oil["afloat"] - max(0.0, floated_off))
     return 100.0 * taken_in / there if there > 0.0 else None
 
 
@@ -101,8 +95,8 @@ def fed(history: BoomHistory) -> float | None:
 
 def _in_area(history: BoomHistory) -> Array | None:
     """Return the share (N,) [%] of all oil that was in the boom's area; None if it was not recorded, or without oil."""
-    oil = _all_oil(history)
-    return 100.0 * history.oil["in_area"] / oil.max() if "in_area" in history.oil and oil.any() else None
+    all_oil = history.spilled.max()
+    return 100.0 * history.oil["in_area"] / all_oil if "in_area" in history.oil and all_oil > 0.0 else None
 
 
 def most_in_area(history: BoomHistory) -> float | None:
@@ -116,7 +110,7 @@ def led(history: BoomHistory) -> float | None:
     shares = _in_area(history)
     if shares is None:
         return None
-    recovered = 0.0 if history.recovered is None else 100.0 * float(history.recovered[-1] / _all_oil(history).max())
+    recovered = 0.0 if history.recovered is None else 100.0 * float(history.recovered[-1] / history.spilled.max())
     return float(shares[-1]) + recovered
 
 

@@ -7,7 +7,7 @@ import io
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from booms.containment import PRACTICE_SPEED
 from booms.losses.drainage import suction_limit
 from booms.losses.liquids import OilOnWater
-from booms.scores import catenary_parameter, skirt_drag_coefficient, tow_force
+from booms.scores import LossSpeeds, catenary_parameter, skirt_drag_coefficient, tow_force
 from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.exercise import BoomDescription
@@ -105,6 +105,7 @@ def _rendered(replay: JoinedReplay, **parts: object) -> str:
             repaired_from=replay.repaired_from,
             changes=_changes(replay),
             letters=LETTERS,
+            rules=LossSpeeds,
             events=[replace(e, text=deck_text(replay, e)) for e in replay.events if not is_technical(e)],
             instructors_log=replay.events,  # as the program said them
             causes=[(cause_in_words(cause), palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
@@ -184,27 +185,37 @@ def _write_figure(figure: Figure, path: Path) -> str:
 def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     """List the figures of a boom for the table."""
     oil = {name: float(volume[-1]) for name, volume in history.oil.items()}
-    losses, modelled = history.loss_speeds, oil.get("lost_modelled", 0.0)
     rows = [
-        ("Oil held at the end", volume_in_words(oil["retained"])),
+        ("Oil held at the end", volume_in_words(oil["contained"])),
         ("Oil lost at the end", volume_in_words(oil["lost"])),
         *(
             (f"&nbsp;&nbsp;{cause_in_words(cause)}", volume_in_words(float(v[-1])))
             for cause, v in history.causes.items()
         ),
-        ("&nbsp;&nbsp;carried out by closures (modelled); the rest is resolved", volume_in_words(modelled)),
-        ("Gone past the boom in all, again after coming round a sea that repeats", volume_in_words(history.passed[-1])),
-        ("Lost and taken back, in total", volume_in_words(oil["recovered"])),
-        ("Not met by the boom", volume_in_words(oil["free"])),
-        ("Left the tank without being lost by the boom", volume_in_words(oil["removed"])),
-        ("Tow speed at the first loss (net 0.5 % of the oil, for 5 s)", _knots(losses.first_loss)),
-        ("Tow speed at gross loss (net 10 % of the oil a minute, mean over 12 s)", _knots(losses.gross_loss)),
+        ("&nbsp;&nbsp;carried out by closures (modelled); the rest is resolved", volume_in_words(oil["lost_modelled"])),
+        ("Gone past the boom in all, again after coming round a sea that repeats", volume_in_words(oil["passed"])),
+        ("Lost and re-contained, in total", volume_in_words(oil["recontained"])),
+        ("Not met by the boom", volume_in_words(oil["afloat"])),
+        *((words, volume_in_words(volume)) for words, volume in _of_the_run(replay) if volume > 0.0),
+        ("Tow speed at the first loss (net 0.5 % of the oil, for 5 s)", _knots(history.losses.first)),
+        ("Tow speed at gross loss (net 10 % of the oil a minute, mean over 12 s)", _knots(history.losses.gross)),
         (
-            f"Highest speed normal to the boom that lasted {history.hold_time:.2g} s",
-            _knots(history.highest_held_speed),
+            f"Highest speed normal to the boom that lasted {history.boom.hold_time:.2g} s",
+            _knots(float(history.held_peak.max())),
         ),
     ]
     return [*rows, *rate_figures(history), *_rules_of_thumb(replay, history)]
+
+
+def _of_the_run(replay: Replay) -> Iterator[tuple[str, float]]:
+    """Yield rows of the run's oil ledger at its end, in words and m3."""
+    rows = {
+        "stranded": "Stranded",
+        "recovered": "Recovered by skimmers",
+        "left_the_domain": "Left the tank without being lost by a boom",
+    }
+    for row, words in rows.items():
+        yield f"{words}, of all oil of the run", float(replay.scalars[f"oil/{row}"].value[-1])
 
 
 def _segments(history: BoomHistory) -> list[tuple[str, ...]]:
@@ -280,8 +291,8 @@ def _grades(chapters: Sequence[BoomChapter]) -> dict[str, Any]:
             "grade": chapter.grade.letter or None,
             "share": chapter.grade.share if chapter.grade.letter else None,
             "capped_by": chapter.grade.capped_by,
-            "first_loss_kn": _in_knots(chapter.history.loss_speeds.first_loss),
-            "gross_loss_kn": _in_knots(chapter.history.loss_speeds.gross_loss),
+            "first_loss_kn": _in_knots(chapter.history.losses.first),
+            "gross_loss_kn": _in_knots(chapter.history.losses.gross),
             "findings": {
                 finding.criterion.key: {
                     "value": finding.value if finding.value is None or math.isfinite(finding.value) else None,

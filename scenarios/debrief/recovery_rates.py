@@ -39,7 +39,7 @@ def rate(time: Array, volume: Array, window: float = WINDOW) -> Array:
 
 def rates_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure | None:
     """Draw oil met, held, recovered and lost; their rates; and with skimmers their efficiencies. None if the boom met no oil."""
-    met, recovered = history.met, history.recovered
+    met, recovered = history.oil["met"], history.recovered
     if not met.any():
         return None
     count = 2 if recovered is None else 3
@@ -58,7 +58,7 @@ def rates_diagram(history: BoomHistory, moments: Sequence[KeyMoment]) -> Figure 
 
 def rate_figures(history: BoomHistory) -> list[tuple[str, str]]:
     """List the largest rates and the final efficiencies in words, for the table of figures; empty if the boom met no oil."""
-    met, recovered = history.met, history.recovered
+    met, recovered = history.oil["met"], history.recovered
     if not met.any():
         return []
     rows = [("Largest encounter rate, mean over a minute", _per_hour(history, met))]
@@ -79,11 +79,11 @@ def _skimmed_fluid(history: BoomHistory) -> Array:
 
 def _draw_volumes(axes: Axes, history: BoomHistory, met: Array, recovered: Array | None) -> None:
     factor, unit = volume_unit(history)
-    shown = {"met": (met, line_color(0)), "held": (history.oil["retained"], HELD_COLOR)}
+    shown = {"met": (met, line_color(0)), "held": (history.oil["contained"], HELD_COLOR)}
     shown |= {} if recovered is None else {"recovered": (recovered, line_color(2))}
     for name, (volume, color) in shown.items():
         axes.plot(history.time, factor * volume, color=color, linewidth=1.5, label=name)
-    _stack_losses(axes, history.time, factor * history.passed, factor * history.passed_modelled)
+    _stack_losses(axes, history.time, factor * history.oil["passed"], factor * history.oil["passed_modelled"])
     axes.set_title("Oil met, held, recovered and lost", loc="left")
     axes.set_ylabel(unit)
 
@@ -92,7 +92,9 @@ def _draw_rates(axes: Axes, history: BoomHistory, met: Array, recovered: Array |
     shown = {"encounter rate": (0, met)} | ({} if recovered is None else {"recovery rate": (2, recovered)})
     for name, (place, volume) in shown.items():
         axes.plot(history.time, HOUR * rate(history.time, volume), color=line_color(place), linewidth=1.5, label=name)
-    lost, modelled = (HOUR * rate(history.time, volume) for volume in (history.passed, history.passed_modelled))
+    lost, modelled = (
+        HOUR * rate(history.time, volume) for volume in (history.oil["passed"], history.oil["passed_modelled"])
+    )
     _stack_losses(axes, history.time, lost, modelled)
     axes.set_title(f"Rates, means over {WINDOW:.0f} s", loc="left")
     axes.set_ylabel("m³/h")

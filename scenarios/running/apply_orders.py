@@ -131,8 +131,8 @@ def _change_moorings(assembly: Assembly, scenario: Scenario) -> None:
 
 def _change_skimmers(assembly: Assembly, scenario: Scenario) -> None:
     """Let skimmers run or stop, pump and store as in `scenario`."""
-    for one in assembly.skimmers.skimmers:
-        ordered = scenario.skimmers[one.name.removeprefix("skimmers/")]
+    for one in assembly.skimmers:
+        ordered = scenario.skimmers[one.short_name]
         one.skimmer.is_running = ordered.running
         one.skimmer.design = ordered.design(one.skimmer.design.water_density)
 

@@ -43,11 +43,8 @@ from scenarios.watch.boom_scoring import Scoring
 from scenarios.watch.boom_strength import BoomStrength
 from scenarios.watch.coupling_series import CouplingAccount
 from scenarios.watch.frame_source import FrameReader
-from scenarios.watch.run_accounts import RunAccounts
-from scenarios.watch.run_figures import RunFigures
-from scenarios.watch.run_totals import RunTotals
+from scenarios.watch.run_accounts import RunAccounts, RunFigures
 from scenarios.watch.run_warnings import Remarks
-from scenarios.watch.skimmer_account import SkimmerAccounts
 from vessels.control import ManualControl, VesselControl
 from vessels.vessel import Vessel
 from vessels.windage import Windage, WindOnBodies
@@ -55,6 +52,7 @@ from vessels.windage import Windage, WindOnBodies
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
+    from booms.recovery.skimming import SkimmingParticipant
     from coupling.fmu.isolated_fmu import Fmu
     from coupling.participants.slick import SlickParticipant
     from coupling.testkit.faults import FaultPlan
@@ -70,8 +68,8 @@ class Assembly:
     bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part;
     winches: change the lengths of lines; accounts: scores and sums, advanced by the master; remarks: what a run falls short of;
     parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; slick: the oil of a run
-    without particles, None of another; skimmers: their accounts; fmus: those that take part; solids: all bodies as placed at the
-    start; level: of the still water [m]; faults: what fails on purpose.
+    without particles, None of another; skimmers: what takes it off the water; fmus: those that take part; solids: all bodies as placed at
+    the start; level: of the still water [m]; faults: what fails on purpose.
     """
 
     scenario: Scenario
@@ -96,7 +94,7 @@ class Assembly:
     exchange: BodyExchange
     ledger: ExchangeLedger
     slick: SlickParticipant | None
-    skimmers: SkimmerAccounts
+    skimmers: tuple[SkimmingParticipant, ...]
     fmus: tuple[Fmu, ...]
     faults: FaultPlan | None
 
@@ -175,14 +173,11 @@ def build(
     simulators = build_simulators(scenario)
     scenario = simulators.scenario
     bodies, world = simulators.bodies, simulators.world
-    scoring = Scoring(
-        scenario, simulators.fluid, world, simulators.fleet, simulators.level, simulators.sea, simulators.slick, simulators.skimmers
-    )  # fmt: skip
+    scoring = Scoring(scenario, simulators)
     controls = _controls(simulators)
     blown = _wind_on_bodies(simulators)
     accounts = _accounts(simulators, scoring)
     slicks = () if simulators.slick is None else (simulators.slick,)
-    skimmers = SkimmerAccounts(scenario, simulators.skimmers)
     parts = _parts(simulators, controls, scoring)
     orders, readings = _boards(scenario, parts)
     blowing = [blown] if blown else []
@@ -208,11 +203,11 @@ def build(
         participants=_failing(participants, faults, world) if faults else participants,
         connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators)),
         description=describe_run(simulators, text=text, overrides=overrides),
-        frame_source=FrameReader(simulators, accounts, skimmers, fmus),
+        frame_source=FrameReader(simulators, accounts, fmus),
         exchange=bodies.exchange,
         ledger=bodies.ledger,
         slick=simulators.slick,
-        skimmers=skimmers,
+        skimmers=simulators.skimmers,
         fmus=fmus,
         faults=faults,
     )
@@ -233,7 +228,6 @@ def _accounts(simulators: Simulators, scoring: Scoring) -> RunAccounts:
     return RunAccounts(
         scoring=scoring,
         coupling=CouplingAccount(fluid, bodies.fluid, simulators.world, simulators.coupled, bodies.ledger),
-        totals=RunTotals(),
         figures=RunFigures(fluid, lambda: bodies.fluid.report),
     )
 
@@ -287,7 +281,7 @@ def _parts(
         controls={control.vessel.name: control for control in controls},
         scoring=scoring,
         tension_joints=simulators.fleet.tension_joints,
-        skimmers={one.name.removeprefix("skimmers/"): one for one in simulators.skimmers},
+        skimmers={one.short_name: one for one in simulators.skimmers},
     )
 
 

@@ -277,15 +277,15 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
         table.add_row(
             "left the tank", ", ".join(f"{name} {count:,}" for name, count in result["left_the_tank"].items())
         )
-    lost = result["oil_m3"]["lost"]
-    if result["oil_m3"]["released"]:
-        modelled = result["oil_m3"]["lost_modelled"]
-        table.add_row("oil", f"{volume_in_words(result['oil_m3']['released'])} released")
-        for cause, volume in lost.items():
-            if volume:
-                table.add_row(
-                    "", f"{volume_in_words(volume)} {cause_in_words(cause)}{_modelled(modelled.get(cause, 0.0))}"
-                )
+    oil = result["oil_m3"]
+    if oil["spilled"]:
+        table.add_row("oil", f"{volume_in_words(oil['spilled'])} spilled")
+        for fate in ("contained", "recovered", "stranded", "left_the_domain"):
+            if oil[fate]:
+                table.add_row("", f"{volume_in_words(oil[fate])} {cause_in_words(fate)}")
+        for cause, volume in oil["lost"].items():
+            told = f"{volume_in_words(volume)} {cause_in_words(cause)}{_modelled(oil['lost_modelled'][cause])}"
+            table.add_row("", told)
     for name in ("record", "summary", "picture"):
         path = getattr(options, name)
         if path is not None:

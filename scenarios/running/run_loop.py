@@ -71,7 +71,7 @@ class RunLoop:
         self._instructor = instructor
         self._injects = Injects(plan.scenario, assembly.parts) if plan.scenario.injects else None
         own: dict[str, Keeper] = {} if self._injects is None else {"injects": self._injects}
-        self._requests, self._keepers = requests, {"totals": assembly.accounts.totals, **own, **keepers}
+        self._requests, self._keepers = requests, {"figures": assembly.accounts.figures, **own, **keepers}
         self._checkpoints = checkpoints
 
     def run(self, restart: Restart | None = None) -> Exception | None:
@@ -197,7 +197,7 @@ class RunLoop:
         if self._injects is not None:
             self._injects.look(self.simulation.communication_point.index)
         remarks = self._assembly.remarks.look(self._assembly.report())
-        for notice in [*self._assembly.scoring.take_notices(), *self._assembly.skimmers.take_notices(), *remarks]:
+        for notice in [*self._assembly.scoring.take_notices(), *remarks]:
             self.simulation.emit(notice.text, level=notice.level, source=notice.source)
 
     def _goes_on(self) -> bool:

@@ -11,14 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from booms.balance import OilBalance
 from oilsim.accounts.ledger import Ledger
 from recordings.files.writing import write_whole
 from recordings.model.frame import Event, Frame, RunDescription
 from scenarios.running.assembly import Assembly
 from scenarios.running.decimated_series import EvenSample
 from scenarios.versions import versions
-from scenarios.watch.slick_account import volumes
 
 
 class SummaryObserver:
@@ -32,7 +30,7 @@ class SummaryObserver:
         self._assembly = assembly
         self._started = wall_clock.perf_counter()
         self._last = self._started
-        self._totals = assembly.accounts.totals
+        self._figures = assembly.accounts.figures
         self._step_seconds = EvenSample()
         self._longest_step = 0.0  # s
         self._series: dict[str, EvenSample] = {}
@@ -90,7 +88,7 @@ class SummaryObserver:
     def summary(self, simulated: float, overrides: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return the whole summary after `simulated` seconds."""
         wall = self._last - self._started
-        totals, budget = self._totals, self._totals.budget
+        figures, budget = self._figures, self._figures.budget
         return {
             "format": 1,
             "scenario": self._assembly.scenario.name,
@@ -100,21 +98,21 @@ class SummaryObserver:
             "simulated_s": simulated,
             "wall_s": wall,
             "real_time_factor": simulated / wall if wall > 0.0 else None,
-            "steps": totals.steps,
+            "steps": figures.steps,
             "step_ms": self._step_milliseconds(),
-            "stage_ms": {stage: 1e3 * total / totals.steps for stage, total in totals.stage_seconds.items()},
+            "stage_ms": {stage: 1e3 * total / figures.steps for stage, total in figures.stage_seconds.items()},
             "particles": self._assembly.particle_counts(),
             "bodies": list(self._assembly.body_names),
-            "left_the_tank": dict(totals.removed),
-            "density_error": {"mean": totals.mean_error, "max": totals.largest_error if totals.steps else None},
-            "iterations": totals.mean_iterations,
+            "left_the_tank": {name: count for name, count in self._assembly.fluid_participant.left.items() if count},
+            "density_error": {"mean": figures.mean_error, "max": figures.largest_error if figures.steps else None},
+            "iterations": figures.mean_iterations,
             "momentum_residual": None if budget is None else budget.momentum_residual,
             "energy_residual": None if budget is None else budget.energy_residual,
             "exchange": self._exchange(),
             "budget": None if budget is None else budget_entries(budget),
-            "oil_m3": self._oil_volumes(),
+            "oil_m3": self._assembly.scoring.ledger.rows.summary(),
             "scores": self._scores(),
-            "skimmers": self._assembly.skimmers.summary(),
+            "skimmers": {one.short_name: one.summary() for one in self._assembly.skimmers},
             "probes": self._probe_series(),
             "state_hash": self.state_hash,
             "events": [
@@ -132,7 +130,7 @@ class SummaryObserver:
         }
 
     def _step_milliseconds(self) -> dict[str, float | None]:
-        if not self._step_seconds.values:  # nor are there any of a run that was refused once its totals were read
+        if not self._step_seconds.values:  # nor are there any of a run that was refused once its figures were read
             return {"median": None, "p95": None, "max": None}
         median, p95 = np.percentile(1e3 * np.array(self._step_seconds.values), [50.0, 95.0])
         return {"median": float(median), "p95": float(p95), "max": 1e3 * self._longest_step}
@@ -147,36 +145,6 @@ class SummaryObserver:
             "added_mass_to_mass": dict(self._assembly.exchange.stability_numbers),
             "momentum_residual": ledger.momentum_residual,
             "energy_residual": ledger.energy_residual,
-        }
-
-    def _oil_volumes(self) -> dict[str, Any]:
-        """Sum up the oil [m3] by its fate; null if nothing accounts for it.
-
-        Each particle counts once: released = retained + free + all of lost. Afloat is the part that is still in the water.
-        Lost modelled is the part of lost that closures carried out, by cause; the rest is resolved by the particles.
-        """
-        assembly = self._assembly
-        if assembly.slick is not None:
-            return dict(volumes(assembly.slick))
-        volume = assembly.fluid.config.rest_volume
-        oils = [name for name, phase in assembly.scenario.phases.items() if phase.is_oil]
-        counts = assembly.particle_counts()
-        here = sum(counts[name] for name in oils)
-        gone = sum(self._totals.removed.get(name, 0) for name in oils)
-        balance = assembly.scoring.balance or OilBalance(
-            retained=0, free=here, lost_by_cause={}, lost_modelled={}, lost_and_gone=0
-        )
-        lost = dict(balance.lost_by_cause) | {"left_the_tank": gone - balance.lost_and_gone}
-        return {
-            "released": (here + gone) * volume,
-            "afloat": here * volume,
-            "retained": None if assembly.scoring.balance is None else balance.retained * volume,
-            "free": balance.free * volume,
-            "lost": {cause: count * volume for cause, count in lost.items()},
-            "lost_modelled": {cause: balance.lost_modelled.get(cause, 0) * volume for cause in balance.lost_by_cause},
-            "recovered": None,
-            "ashore": None,
-            "resolved": None,
         }
 
     def _probe_series(self) -> dict[str, dict[str, list[float]]]:

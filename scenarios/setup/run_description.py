@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
 from booms.deployment import BoomLayout
-from booms.scores import skirt_drag_coefficient, tow_force
+from booms.scores import HeldSpeed, skirt_drag_coefficient, tow_force
+from oilsim.oil.fates import FATES
 from recordings.model.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
 from recordings.model.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.scenario import Scenario, SiteSettings
@@ -49,6 +50,7 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
         exercise=exercise,
         site=None if scenario.site is None else _site(scenario.site),
         windows=tuple(describe_windows(simulators)),
+        fates=FATES,
         plots=_describe_plots(scenario),
     )
 
@@ -125,7 +127,6 @@ def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:
         water_level=water_level,
         period=scenario.period,
         wind=wind,
-        wave_period=scenario.sea.height_and_period[1],
         criteria=as_data(scenario.criteria),
     )
 
@@ -162,6 +163,7 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_leve
         skimmers=scenario.skimmers_at(name),
         waiting_ties=tuple(tie for tie, one in scenario.ties.items() if one.waits and name in one.booms),
         flow_shares=() if layout.boom.pocket is None else tuple(layout.boom.flow_shares.tolist()),
+        hold_time=HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth, scenario.sea.height_and_period[1]).window,
         has_closures=has_closures(scenario, name),
     )
 

@@ -25,10 +25,10 @@ from scenarios.schema.sea import SeaSettings, SteadySeaCurrent, SteadySeaWind
 from vessels.control import HELM_ORDERS, MACHINERY_ORDERS
 
 if TYPE_CHECKING:
-    from booms.containment import ContainmentReport
     from booms.recovery.skimming import SkimmingParticipant
     from coupling.bullet.rigid_body_world import RigidBodyWorld
     from coupling.multibody.mooring_leg import MooringLeg
+    from oilsim.oil.ledger import OilLedger
     from vessels.control import ManualControl, VesselControl
 
 Array = NDArray[np.float64]
@@ -74,29 +74,15 @@ class SignalTables(Protocol):
 
 
 class ScoredBoom(Protocol):
-    """The account of one boom's oil; speeds [m/s] are None until the loss happens, `report` until the first communication point."""
+    """The scores of one boom."""
 
     @property
     def name(self) -> str:
         """Name of the boom."""
 
     @property
-    def held_speed(self) -> float:
-        """Largest speed [m/s] normal to the boom that is held now."""
-
-    @property
-    def report(self) -> ContainmentReport | None:
-        """The oil's whereabouts at the last communication point."""
-
-    @property
-    def retained_share(self) -> float | None:
-        """Share [-] of all oil that the boom has met that it has not lost; None before it has met any."""
-
-    def first_loss_speed(self) -> float | None:
-        """Return the tow speed [m/s] at the first loss."""
-
-    def gross_loss_speed(self) -> float | None:
-        """Return the tow speed [m/s] at the gross loss."""
+    def values(self) -> Mapping[str, float]:
+        """The scores at the last communication point by the names of their series; empty before the first."""
 
 
 class Weather(Protocol):
@@ -107,11 +93,15 @@ class Weather(Protocol):
 
 
 class Scores(Protocol):
-    """The accounts of all booms."""
+    """The oil ledger, and the scores of all booms."""
+
+    @property
+    def ledger(self) -> OilLedger:
+        """The oil of the run."""
 
     @property
     def booms(self) -> Sequence[ScoredBoom]:
-        """The accounts, one for each boom."""
+        """The scores, one for each boom."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -191,12 +191,12 @@ def _is_number(text: str) -> bool:
 
 
 _COLORS = "YlOrBr"
-_LOST, _GONE = "oil_m3.lost", "oil_m3.lost.left_the_tank"
+_LOST = "oil_m3.lost"
 _LEAST_RUNS = 4
 
 
 def draw_loss_map(outcomes: Sequence[Outcome], picture: Path) -> bool:
-    """Draw the oil lost, in percent of the oil released, over the first two varied entries to a PNG file; return whether there is one.
+    """Draw the oil lost, in percent of the oil spilled, over the first two varied entries to a PNG file; return whether there is one.
 
     There is a map where the first two entries are numbers that take two values or more each, in four runs or more, and a run has lost oil.
     A grid becomes tiles with their numbers, means over the other entries; samples become dots.
@@ -217,23 +217,18 @@ def draw_loss_map(outcomes: Sequence[Outcome], picture: Path) -> bool:
         scenario = outcomes[0].variant.plan.scenario
         axes.set_xlabel(entry_in_words(scenario, names[0]))
         axes.set_ylabel(entry_in_words(scenario, names[1]))
-        axes.set_title("oil lost, % of the oil released", loc="left")
+        axes.set_title("oil lost, % of the oil spilled", loc="left")
         figure.colorbar(axes.collections[0], ax=axes, label="%")
         figure.savefig(picture)
     return True
 
 
 def lost_share(outcome: Outcome) -> float:
-    """Compute the oil that booms lost in a run [% of the oil released]; NaN where none was released.
-
-    Oil that has left the tank does not count: no boom lost it.
-    """
+    """Compute the oil that booms lost in a run [% of the oil spilled]; NaN where none was spilled."""
     figures = outcome.figures()
-    released = figures.get("oil_m3.released", 0.0)
-    lost = sum(
-        value for key, value in figures.items() if (key == _LOST or key.startswith(f"{_LOST}.")) and key != _GONE
-    )
-    return 100.0 * lost / released if released > 0.0 else math.nan
+    spilled = figures.get("oil_m3.spilled", 0.0)
+    lost = sum(value for key, value in figures.items() if key == _LOST or key.startswith(f"{_LOST}."))
+    return 100.0 * lost / spilled if spilled > 0.0 else math.nan
 
 
 def _numbers(outcomes: Sequence[Outcome], names: Sequence[str]) -> NDArray[np.float64] | None:

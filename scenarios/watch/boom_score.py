@@ -1,8 +1,7 @@
-"""The scores of a boom exercise: where the oil is, how fast and how hard the boom was towed, and when it first leaked."""
+"""The scores of a boom: its oil, how fast and how hard it was towed, and when it first leaked. Nothing else computes them again."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import asdict, dataclass, replace
@@ -12,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, beside, signed_distance
-from booms.containment import PRACTICE_SPEED, ContainmentOptions, ContainmentReport, ContainmentTracker
+from booms.containment import PRACTICE_SPEED, Containment, ContainmentOptions
 from booms.deployment import BoomLayout
 from booms.losses.closure_losses import INTERVAL, ClosureLosses
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim import Fluid
 from oilsim.core.physical_constants import KNOT
-from oilsim.slick.loss_cause import CAUSES
+from oilsim.oil.ledger import BoomOil, OilLedger
 from recordings.model.frame import EventLevel
 from recordings.model.words import cause_in_words
 from recordings.replay.running_extremes import WORST
@@ -27,7 +26,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.setup.boom_lines import track_off_reel
 from scenarios.watch.sea_at_booms import sides_passed
-from scenarios.watch.slick_account import volume_within, with_slick
+from scenarios.watch.slick_oil import oil_of_boom, volume_within
 
 if TYPE_CHECKING:
     from coupling.participants.slick import SlickParticipant
@@ -49,15 +48,21 @@ class Notice:
     source: str
 
 
-class Beside(NamedTuple):
-    """Oil that is no particles: the slick, None in a run without one, and the oil [m3] that skimmers at the boom have taken of it."""
+class Oil(NamedTuple):
+    """The oil of a run: particles at position (N, 3) [m] with ids (N,), or a slick; and what skimmers at the boom recovered of it [m3]."""
 
+    position: Array
+    ids: NDArray[np.uint32]
     slick: SlickParticipant | None = None
-    skimmed: float = 0.0
+    recovered: float = 0.0
 
 
 class BoomScore:
-    """Keeps one boom's account from communication point to communication point; only `advance` changes it."""
+    """Keeps one boom's scores from communication point to communication point; only `advance` changes them.
+
+    values: the scores at the last communication point by the names of their series, empty before the first; held (S,) [m/s]: the speed that
+    is held now against each segment.
+    """
 
     def __init__(
         self,
@@ -65,13 +70,15 @@ class BoomScore:
         scenario: Scenario,
         layout: BoomLayout,
         tensions: Mapping[str, str],
-        closures: ClosureLosses | None = None,
+        closures: ClosureLosses | None,
+        ledger: OilLedger,
     ) -> None:
-        """Prepare the account; `tensions` has, for each end, the joint that carries the tow tension; closures None: there are none."""
+        """Prepare the scores; `tensions` has, for each end, the joint that carries the tow tension; closures None: there are none."""
         settings = scenario.booms[name]
-        self.name = name
-        self.report: ContainmentReport | None = None
-        self.closures = closures
+        self.name, self.segments = name, [segment.name for segment in layout.segments]
+        self.values: dict[str, float] = {}
+        self.held = np.zeros(len(layout.segments))
+        self.closures, self._ledger = closures, ledger
         self._layout, self._track = layout, track_off_reel(layout, settings)
         self._tension_joints = dict(tensions)
         self._tensions = {end: TensionRecord() for end in tensions}
@@ -80,119 +87,102 @@ class BoomScore:
         self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth, waves)
         self._towed = HeldSpeed(window=waves) if waves else None  # vessels swing in waves, too
         self._area = np.array(settings.area)
-        self._oil_in_area: float | None = None  # [m3]
-        self._held_back = 0.0  # [m3]
-        self._met = 0.0  # [m3] of oil, also what floated off again or was skimmed
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
         self.strength_share: float | None = None  # [-] largest along the boom now; None without a strength
         self._berth = settings.berth
         self._has_tide = scenario.sea.tide is not None
-        self.held_speed = 0.0  # [m/s] largest along the boom that is held now
         self._fast, self._crossed = False, 0.0  # whether that speed is above its limit, and since when [s]
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
         self._notices: list[Notice] = []
-        self._series: dict[str, float] = {}
         spacing = scenario.fluid.particle_spacing
         self._tank, self._slack, self._volume = scenario.tank, spacing, spacing**3
         self._period = scenario.period
         self._ended = False  # once the boom has left the simulated sea
-        self.tracker = ContainmentTracker(_options(name, scenario))
+        puts_back = closures is not None and closures.puts_back
+        self.containment = Containment(_options(name, scenario, INTERVAL if puts_back else 0.0))
 
-    def advance(
-        self,
-        time: float,
-        world: RigidBodyWorld,
-        oil: tuple[Array, NDArray[np.uint32]],
-        level: float,
-        current: Array,
-        beside: Beside,
-    ) -> None:
-        """Take the state at `time` [s] into the account, which ends once the boom or a vessel of it has left the simulated sea.
+    @property
+    def oil(self) -> BoomOil:
+        """The boom's oil, as the ledger has it."""
+        return self._ledger.booms.get(self.name, BoomOil())
 
-        oil: positions (N, 3) [m] and ids (N,); level [m] of the still water; current (3,) [m/s].
+    def advance(self, time: float, world: RigidBodyWorld, oil: Oil, level: float, current: Array) -> None:
+        """Take the state at `time` [s] into the scores, which end once the boom or a vessel of it has left the simulated sea.
+
+        level [m] of the still water; current (3,) [m/s].
         """
-        slick = beside.slick
         state = self._state(world)
         self._look_out(world, state)
         if self._ended:
-            self._series = {}
             return
-        flow = (float(current[0]), float(current[1]))
         afloat = self._is_afloat(state)
         out = state if afloat.all() else state.part(afloat)
-        if slick is None:
-            report = self.tracker.update(time, out, *oil, water_level=level, current=flow)
-        else:  # particles of a window are parcels of the slick, and lie in a box of their own
-            report = self.tracker.update_without_particles(time, out, water_level=level, current=flow)
-            report = with_slick(report, slick, self.name)
-        report = self._looked_at(time, report)
-        self.report = report
-        self.held_speed = held = float(self._held.add(time, afloat * state.normal_flow(current)).max())
-        step = 0.0 if self._time is None else time - self._time
+        found = self._ledger.enter(self.name, self._found(time, out, oil, level, current))
+        self.held = self._held.add(time, afloat * state.normal_flow(current))
+        held, step = float(self.held.max()), 0.0 if self._time is None else time - self._time
         self._time = time
         speed = self._tow_speed(time, world, current)
-        series = report.scalars() | {"metrics/tow_speed": speed}
-        series |= {"metrics/normal_speed_held": held, "metrics/normal_speed_limit": PRACTICE_SPEED}
-        self._held_back = self._put_back(slick)
-        series |= self._optional_series(oil, slick, state.line(), level)
-        series |= {f"metrics/current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
-        self._series = series | self._pull(world, step) | self._remember(report, held)
-        there = report.retained + report.lost
-        self._met = max(self._met, there + (beside.skimmed if self._met > 0.0 or there > 0.0 else 0.0))
-        self._losses.add(time, speed, report.passed, self._met)
+        self._losses.add(time, speed, found.passed, found.met)
+        values = found.series() | self._shape(out, level, current) | {"tow_speed": speed, "normal_speed_held": held}
+        values |= {"normal_speed_limit": PRACTICE_SPEED}
+        values |= self._optional_series(oil, state.line(), level)
+        values |= {f"current/{axis}": float(current[place]) for place, axis in enumerate("xy")}
+        values |= {
+            "first_loss_speed": self._losses.first_loss or 0.0,
+            "gross_loss_speed": self._losses.gross_loss or 0.0,
+        }
+        self.values = values | self._pull(world, step) | self._remember(values)
         self._announce_speed(time, held)
-        self._announce(report, speed)
+        self._announce(found, speed)
 
-    def _looked_at(self, time: float, report: ContainmentReport) -> ContainmentReport:
-        """Return the report at `time` [s], with oil that slipped past still held until the closures look, which may put it back."""
-        resolved = report.lost - math.fsum(report.lost_modelled.values())
-        if self.closures is None or not self.closures.puts_back or resolved < 0.5 * self._volume:
-            return report
-        standing = self.tracker.standing()
-        fresh = ~standing.retained & ~standing.modelled & (time - standing.lost_at <= INTERVAL)
-        number = np.bincount(standing.cause[fresh], minlength=len(CAUSES))
-        counts = zip(CAUSES, number.tolist(), strict=True)
-        lost = {cause: self._less(report.lost_by_cause[cause], count) for cause, count in counts}
-        whole = self._less(report.lost, int(number.sum()))
-        return replace(report, lost=whole, lost_by_cause=lost, retained=self._less(report.retained, -int(number.sum())))
+    def _found(self, time: float, out: BoomState, oil: Oil, level: float, current: Array) -> BoomOil:
+        """Return the oil of the boom, of which `out` is afloat, as its carrier tells it; other arguments as of `advance`."""
+        if oil.slick is not None:  # particles of a window are parcels of the slick, and lie in a box of their own
+            return replace(oil_of_boom(oil.slick, self.name), recovered=oil.recovered)
+        flow = (float(current[0]), float(current[1]))
+        found = self.containment.update(time, out, oil.position, oil.ids, water_level=level, current=flow)
+        return replace(found, held_back=0.0 if self.closures is None else self.closures.held_back)
 
-    def _less(self, volume: float, count: int) -> float:
-        """Return a volume [m3] of whole particles less a `count` of them, without round-off."""
-        return (round(volume / self._volume) - count) * self._volume
+    def _shape(self, out: BoomState, level: float, current: Array) -> dict[str, float]:
+        """Return the figures that tell of the boom, not of the oil."""
+        foot = out.heights(self.containment.options.freeboard, self.containment.options.skirt_depth)[1]
+        return {
+            "gap_ratio": out.gap_ratio,
+            "normal_speed": float(out.normal_speed(current).max()),
+            "effective_draft": float((level - foot).min()),
+            "skirt_angle": float(out.skirt_angle().max()),
+        }
 
-    def _optional_series(
-        self, oil: tuple[Array, NDArray[np.uint32]], slick: SlickParticipant | None, line: Array, level: float
-    ) -> dict[str, float]:
-        """Return the series that only some booms have; oil, slick and level [m] as for `advance`, line (S + 1, 2) [m] of the boom."""
+    def _optional_series(self, oil: Oil, line: Array, level: float) -> dict[str, float]:
+        """Return the series that only some booms have; oil and level [m] as for `advance`, line (S + 1, 2) [m] of the boom."""
         series: dict[str, float] = {}
         if self.closures is not None:
-            series["metrics/closure_loss_rate"] = self.closures.rate
-        if self.closures is not None or self._held_back > 0.0:
-            series["metrics/oil_held_back"] = self._held_back
+            series["closure_loss_rate"] = self.closures.rate
+        if self.closures is not None or self.oil.held_back > 0.0:
+            series["oil_held_back"] = self.oil.held_back
         if len(self._area):
-            self._oil_in_area = self._volume_in_area(oil[0], slick)
-            series["metrics/oil_in_area"] = self._oil_in_area
+            series["oil_in_area"] = self._volume_in_area(oil)
         if self.strength_share is not None:
-            series["metrics/strength_share"] = self.strength_share
+            series["strength_share"] = self.strength_share
         if self._berth is not None:
-            series["metrics/to_berth"] = float(np.linalg.norm(line[-1] - self._berth))
+            series["to_berth"] = float(np.linalg.norm(line[-1] - self._berth))
         if self._has_tide:
-            series["metrics/water_level"] = level
+            series["water_level"] = level
         return series
 
-    def _volume_in_area(self, oil: Array, slick: SlickParticipant | None) -> float:
-        """Return the volume [m3] of oil in the protected area: of particles at `oil` (N, 3) [m], or of a slick."""
-        if slick is not None:
-            return volume_within(slick, self._area)
-        within = beside(oil, self._area, self._period)[:, :2]
+    def _volume_in_area(self, oil: Oil) -> float:
+        """Return the volume [m3] of oil in the protected area."""
+        if oil.slick is not None:
+            return volume_within(oil.slick, self._area)
+        within = beside(oil.position, self._area, self._period)[:, :2]
         return float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
 
     def lose(self, time: float, fluid: Fluid, world: RigidBodyWorld, level: float) -> None:
-        """Let the closures carry out what is due at `time` [s], before the account takes the state in; level [m] of the still water."""
+        """Let the closures carry out what is due at `time` [s], before the scores take the state in; level [m] of the still water."""
         if self.closures is not None:
-            self.closures.act(time, fluid, self.tracker, self._state(world), level)
+            self.closures.act(time, fluid, self.containment, self._state(world), level)
 
     def take_parting(self, number: int, why: str = "") -> None:
         """Announce that a joint, counted from 1 at the first end, has parted, and why."""
@@ -203,7 +193,7 @@ class BoomScore:
 
     def series(self) -> dict[str, float]:
         """Return the scores at the last communication point, by the names of their series; empty before the first, and after the end."""
-        return dict(self._series)
+        return {} if self._ended else {f"metrics/{name}": value for name, value in self.values.items()}
 
     def _look_out(self, world: RigidBodyWorld, state: BoomState) -> None:
         """Say where the boom or one of its vessels leaves the simulated sea, and where it sails on into a sea that repeats."""
@@ -229,39 +219,33 @@ class BoomScore:
         if not fast and lasts >= rested:
             self._told.discard("too fast")
 
-    def _announce(self, report: ContainmentReport, speed: float) -> None:
+    def _announce(self, oil: BoomOil, speed: float) -> None:
         """Announce what happens for the first time; tow's `speed` [m/s]."""
         through = f"at {speed / KNOT:.2f} kn through the water"
         share = 100.0 * self._losses.first_share
         first, gross = self._losses.first_loss, self._losses.gross_loss
-        for cause, volume in report.lost_by_cause.items():
-            modelled, words = report.lost_modelled.get(cause, 0.0), cause_in_words(cause)
+        for cause, volume in oil.lost.items():
+            modelled, words = oil.lost_modelled[cause], cause_in_words(cause)
             begun = self._losses.begun
             self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
             self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
         back = "its skirt is too few particles deep to hold oil as a real one does: oil that slips under it is put back (modelled)"
-        self._tell_once("held back", self._held_back > 0.0, back)
+        self._tell_once("held back", oil.held_back > 0.0, back)
         if first is not None:
             self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / KNOT:.2f} kn")
         if gross is not None:
             rate, window = 60.0 * 100.0 * self._losses.gross_rate, self._losses.gross_window
             text = f"has lost more than {rate:g} % of its oil a minute for {window:g} s, at {gross / KNOT:.2f} kn"
             self._tell_once("gross loss", True, text)
-        self._take_back("first loss", first)
-        self._take_back("gross loss", gross)
+        self._revoke("first loss", first)
+        self._revoke("gross loss", gross)
 
-    def _take_back(self, loss: str, speed: float | None) -> None:
+    def _revoke(self, loss: str, speed: float | None) -> None:
         """Say that a loss that was told does not count any more."""
         if speed is None and loss in self._told:
             self._told.remove(loss)
-            text = f"has taken back what it had lost: its {loss} does not count"
+            text = f"holds again what it had lost: its {loss} does not count"
             self._notices.append(Notice(text, level="info", source=f"boom {self.name}"))
-
-    def _put_back(self, slick: SlickParticipant | None) -> float:
-        """Return the oil [m3] that particles let slip under the skirt and that was put back, since the start."""
-        if slick is not None:
-            return float(slick.get(f"{self.name}.held_back"))
-        return 0.0 if self.closures is None else self.closures.held_back
 
     def _tell_once(self, key: str, happens: bool, text: str) -> None:
         if happens and key not in self._told:
@@ -269,7 +253,7 @@ class BoomScore:
             self._notices.append(Notice(text, level="warning", source=f"boom {self.name}"))
 
     def _state(self, world: RigidBodyWorld) -> BoomState:
-        names = [segment.name for segment in self._layout.segments]
+        names = self.segments
         poses = world.poses(names)
         return BoomState(
             position=poses[:, :3],
@@ -302,38 +286,25 @@ class BoomScore:
         for end, joint in self._tension_joints.items():
             tension, record = world.tension(joint), self._tensions[end]
             record.add(tension, duration)
-            scalars |= {f"metrics/tow_tension/{end}": tension, f"metrics/{WORST}tow_tension/{end}": record.peak}
+            scalars |= {f"tow_tension/{end}": tension, f"{WORST}tow_tension/{end}": record.peak}
         return scalars
 
-    def _remember(self, report: ContainmentReport, held: float) -> dict[str, float]:
+    def _remember(self, values: Mapping[str, float]) -> dict[str, float]:
         """Keep the extreme values of the summary's scores for recordings, which do not hold every communication point."""
-        for key, value in (("normal_speed_held", held), ("skirt_angle", report.skirt_angle)):
-            self._worst[key] = max(self._worst.get(key, 0.0), value)
-        if self.strength_share is not None:
-            self._worst["strength_share"] = max(self._worst.get("strength_share", 0.0), self.strength_share)
-        draft = report.effective_draft
+        for key in ("normal_speed_held", "skirt_angle", "strength_share"):
+            if key in values:
+                self._worst[key] = max(self._worst.get(key, 0.0), values[key])
+        draft = values["effective_draft"]
         self._worst["effective_draft"] = min(self._worst.get("effective_draft", draft), draft)
-        return {f"metrics/{WORST}{key}": value for key, value in self._worst.items()}
-
-    def first_loss_speed(self) -> float | None:
-        """Return the tow speed [m/s] at the first loss; None before it."""
-        return self._losses.first_loss
-
-    def gross_loss_speed(self) -> float | None:
-        """Return the tow speed [m/s] at the gross loss; None before it."""
-        return self._losses.gross_loss
-
-    @property
-    def retained_share(self) -> float | None:
-        """Share [-] of all oil that the boom has met that it has not lost, without round-off; None before it has met any."""
-        return round(1.0 - self.report.lost / self._met, 12) if self.report is not None and self._met > 0.0 else None
+        return {f"{WORST}{key}": value for key, value in self._worst.items()}
 
     def save_state(self) -> dict[str, Any]:
-        """Return the account as it stands, as plain data."""
+        """Return the scores as they stand, as plain data."""
         return {
-            "tracker": self.tracker.save_state(),
+            "containment": self.containment.save_state(),
             "closures": None if self.closures is None else self.closures.save_state(),
-            "report": None if self.report is None else asdict(self.report),
+            "values": dict(self.values),
+            "held_now": self.held.copy(),
             "tensions": {end: asdict(record) for end, record in self._tensions.items()},
             "losses": asdict(self._losses),
             "held": asdict(self._held),
@@ -343,51 +314,47 @@ class BoomScore:
             "told": sorted(self._told),
             "fast": (self._fast, self._crossed),
             "ended": self._ended,
-            "oil_in_area": self._oil_in_area,
-            "held_back": self._held_back,
-            "met": self._met,
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to what `save_state` returned; `series` is empty until the next communication point."""
-        self._series = {}
-        self.tracker.restore_state(saved["tracker"])
+        """Go back to what `save_state` returned."""
+        self.values, self.held = dict(saved["values"]), saved["held_now"].copy()
+        self.containment.restore_state(saved["containment"])
         if self.closures is not None:
             self.closures.restore_state(saved["closures"])
-        self.report = None if saved["report"] is None else ContainmentReport(**saved["report"])
         self._tensions = {end: TensionRecord(**record) for end, record in saved["tensions"].items()}
         self._losses, self._held = LossSpeeds(**deepcopy(saved["losses"])), HeldSpeed(**deepcopy(saved["held"]))
         self._towed = None if saved["towed"] is None else HeldSpeed(**deepcopy(saved["towed"]))
         self._time, self._worst = saved["time"], dict(saved["worst"])
         self._told, self._notices = set(saved["told"]), []
         self._fast, self._crossed = saved["fast"]
-        self._ended, self._oil_in_area = saved["ended"], saved["oil_in_area"]
-        self._held_back, self._met = saved["held_back"], saved["met"]
+        self._ended = saved["ended"]
 
     def summary(self) -> dict[str, Any]:
         """Return the boom's scores; speeds are in knots and angles in degrees if the key says so."""
-        report = self.report
-        if report is None:
+        oil, values = self.oil, self.values
+        if not values:
             return {}
         return {
-            "retained_share": self.retained_share,
-            "gap_ratio": report.gap_ratio,
-            "largest_held_normal_speed_kn": self._worst["normal_speed_held"] / KNOT,
-            "largest_skirt_angle_deg": float(np.degrees(self._worst["skirt_angle"])),
-            "smallest_effective_draft_m": self._worst["effective_draft"],
+            "contained_share": oil.contained_share,
+            "gap_ratio": values["gap_ratio"],
+            "largest_held_normal_speed_kn": values[f"{WORST}normal_speed_held"] / KNOT,
+            "largest_skirt_angle_deg": float(np.degrees(values[f"{WORST}skirt_angle"])),
+            "smallest_effective_draft_m": values[f"{WORST}effective_draft"],
             "first_loss_speed_kn": _knots(self._losses.first_loss),
             "gross_loss_speed_kn": _knots(self._losses.gross_loss),
-            "passed_m3": report.passed,
-            "taken_back_m3": report.recovered,
-            "lost_modelled_share": sum(report.lost_modelled.values()) / report.lost if report.lost > 0.0 else None,
-            "held_back_m3": self._held_back,
-            "oil_in_area_m3": self._oil_in_area,
+            "met_m3": oil.met,
+            "passed_m3": oil.passed,
+            "recontained_m3": oil.recontained,
+            "lost_modelled_share": oil.all_lost_modelled / oil.all_lost if oil.all_lost > 0.0 else None,
+            "held_back_m3": oil.held_back,
+            "oil_in_area_m3": values.get("oil_in_area"),
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }
 
 
-def _options(name: str, scenario: Scenario) -> ContainmentOptions:
-    """Return what a tracker of a boom's oil has to know; of several oils the most viscous."""
+def _options(name: str, scenario: Scenario, grace: float) -> ContainmentOptions:
+    """Return what tells a boom's oil, with a grace [s]; of several oils the viscosity is that of the most viscous."""
     settings, spacing = scenario.booms[name], scenario.fluid.particle_spacing
     oils = [phase for phase in scenario.phases.values() if phase.is_oil]
     return ContainmentOptions(
@@ -396,6 +363,7 @@ def _options(name: str, scenario: Scenario) -> ContainmentOptions:
         particle_volume=spacing**3,
         hysteresis=spacing,
         kinematic_viscosity=max((oil.viscosity / oil.rest_density for oil in oils), default=0.0),
+        grace=grace,
         period=scenario.period,
     )
 

@@ -1,105 +1,118 @@
-"""The scores of all booms of a run together: each litre counts once, and orders are announced."""
+"""The scores of all booms of a run, its oil ledger, in which each litre counts once, and its orders, which are announced."""
 
 from __future__ import annotations
 
 import math
+from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.balance import OilBalance, balance, lost_ids
+from booms.containment import fates_of, particle_rows
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from oilsim import Fluid
 from oilsim.core.physical_constants import KNOT
+from oilsim.oil.ledger import OilLedger, OilRows
 from recordings.model.words import course_in_words, levers_in_words
 from scenarios.scenario import Scenario
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses
-from scenarios.setup.fleet import Fleet
-from scenarios.watch.boom_score import Beside, BoomScore, Notice
-from scenarios.watch.slick_account import lost_parcels
+from scenarios.setup.simulators import Simulators
+from scenarios.watch.boom_score import BoomScore, Notice, Oil
 from vessels.vessel import Vessel
-
-if TYPE_CHECKING:
-    from booms.recovery.skimming import SkimmingParticipant
-    from coupling.participants.slick import SlickParticipant
-    from scenarios.setup.run_sea import RunSea
 
 Array = NDArray[np.float64]
 
 
 class Scoring:
-    """Keeps the accounts of all booms of a run, and what happened to them that is worth a line in the log.
+    """Keeps the oil ledger of a run and the scores of its booms, and what happened that is worth a line in the log.
 
-    Only `advance` changes the accounts; the rest reads them.
+    Only `advance` changes them; the rest reads them.
     """
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        fluid: Fluid,
-        world: RigidBodyWorld | None,
-        fleet: Fleet,
-        level: float,
-        sea: RunSea,
-        slick: SlickParticipant | None = None,
-        skimmers: Sequence[SkimmingParticipant] = (),
-    ) -> None:
-        """Prepare the accounts; `level` [m] is that of the still water, which `sea` moves, `slick` the oil of a run without particles."""
-        self._slick = slick
-        named = {skimmer.name.removeprefix("skimmers/"): skimmer for skimmer in skimmers}
-        self._skimmers = {boom: [named[n] for n in scenario.skimmers_at(boom) if n in named] for boom in scenario.booms}
-        self._fluid = fluid
+    def __init__(self, scenario: Scenario, simulators: Simulators) -> None:
+        """Prepare ledger and scores."""
+        self._slick, self._skimmers = simulators.slick, simulators.skimmers
+        named = {skimmer.short_name: skimmer for skimmer in simulators.skimmers}
+        self._at_boom = {boom: [named[n] for n in scenario.skimmers_at(boom) if n in named] for boom in scenario.booms}
+        world, fleet, level = simulators.world, simulators.fleet, simulators.level
+        self._fluid, self._passage = simulators.fluid, simulators.bodies.fluid
         self._world = world
-        self._level, self._sea = level, sea
+        self._level, self._sea = level, simulators.sea
         self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
         self._bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing  # of the x axis, from north
         self._orders = tuple(_orders(fleet.vessels, self._bearing))
         self._announced_until = -math.inf  # [s]
         self._notices: list[Notice] = []
-        self.balance: OilBalance | None = None  # without booms, and before the first communication point
+        self.ledger = OilLedger()
         self.booms = tuple(
-            BoomScore(name, scenario, layout, fleet.tensions_of(name), closure_losses(scenario, name, layout))
+            BoomScore(
+                name, scenario, layout, fleet.tensions_of(name), closure_losses(scenario, name, layout), self.ledger
+            )
             for name, layout in fleet.booms.items()
         )
-        self._notices += [Notice(text, level="info", source="oilsim") for text in assumed_tensions(scenario)]
+        assumed = [*assumed_tensions(scenario), *(_assumed_skimmers(scenario) if self._skimmers else ())]
+        self._notices += [Notice(text, level="info", source="oilsim") for text in assumed]
 
     def advance(self, time: float) -> None:
-        """Take the state at `time` [s] into all accounts."""
+        """Take the state at `time` [s] into the ledger and all scores."""
         self._announce_orders(time)
-        if not self.booms or self._world is None:
-            return
+        if self.booms and self._world is not None:
+            self._advance_booms(time, self._world)
+        self.ledger.close(self._rows())
+
+    def _advance_booms(self, time: float, world: RigidBodyWorld) -> None:
         for boom in self.booms:
-            boom.lose(time, self._fluid, self._world, self._level)
-        oil, sea = self._oil(), self._sea.now
+            boom.lose(time, self._fluid, world, self._level)
+        oil, sea = Oil(*self._particles(), slick=self._slick), self._sea.now
         level = self._level + sea.rise(time)
         current = np.array([*sea.current([level], time)[0], 0.0])
         for boom in self.booms:
-            skimmed = sum(float(one.get("oil")) for one in self._skimmers[boom.name])
-            boom.advance(time, self._world, oil, level, current, Beside(self._slick, skimmed))
-        self.balance = balance([boom.tracker for boom in self.booms], oil[1])
+            recovered = sum(float(one.get("oil")) for one in self._at_boom[boom.name])
+            boom.advance(time, world, oil._replace(recovered=recovered), level, current)
+
+    def _rows(self) -> OilRows:
+        """Return all oil by its fate, as its carrier tells it."""
+        if self._slick is not None:
+            return self._slick.slick.oil
+        ids, volume, passage = self._particles()[1], self._fluid.config.rest_volume, self._passage
+        entered, left = (sum(count[name] for name in self._oils) for count in (passage.entered, passage.left))
+        spilled = self.ledger.begin_with((len(ids) + left - entered) * volume) + entered * volume
+        return particle_rows([boom.containment for boom in self.booms], ids, volume, spilled=spilled, left=left)
+
+    def fates(self, phase: str) -> NDArray[np.uint8] | None:
+        """Return the fates (N,) of a phase's particles, codes of `FATES`, in the order of their ids; None of one that is no oil."""
+        if phase not in self._oils:
+            return None
+        return fates_of([boom.containment for boom in self.booms], self._fluid.phase_ids(phase)).fate.astype(np.uint8)
 
     def series(self) -> dict[str, float]:
-        """Return the scores at the last communication point; with several booms, each series carries its boom's name."""
+        """Return ledger, scores and skimmers at the last communication point; of several booms, each series carries its boom's name."""
         several = len(self.booms) > 1
-        return {
+        scores = {
             _of_boom(key, boom.name) if several else key: value
             for boom in self.booms
             for key, value in boom.series().items()
+        }
+        ledger = self.ledger.rows.series() if self._oils else {}
+        of_skimmers = (one.series() for one in self._skimmers)
+        return scores | {f"metrics/{name}": value for name, value in ledger.items()} | dict(ChainMap(*of_skimmers))
+
+    def held_speeds(self) -> dict[str, float]:
+        """Return the speed [m/s] of the water that is held against each segment of a boom, by the names of their bodies."""
+        return {
+            name: speed for boom in self.booms for name, speed in zip(boom.segments, boom.held.tolist(), strict=True)
         }
 
     def take_notices(self) -> Sequence[Notice]:
         """Return and forget the notices since the last call."""
         notices, self._notices = self._notices, []
-        return [*notices, *(found for boom in self.booms for found in boom.take_notices())]
-
-    def lost_ids(self) -> dict[str, NDArray[np.uint32]]:
-        """Return the ids (N,), increasing, of oil particles that booms have lost and none holds, by cause; each particle once."""
-        if self._slick is not None:
-            return lost_parcels(self._slick)
-        return lost_ids([boom.tracker for boom in self.booms])
+        of_skimmers = [
+            Notice(text, level="info", source=f"skimmer {one.short_name}")
+            for one in self._skimmers
+            for text in one.take_notices()
+        ]
+        return [*notices, *(found for boom in self.booms for found in boom.take_notices()), *of_skimmers]
 
     def _announce_orders(self, time: float) -> None:
         """Announce the orders that hold from now on."""
@@ -109,19 +122,19 @@ class Scoring:
         self._announced_until = time
 
     def save_state(self) -> dict[str, Any]:
-        """Return all accounts as they stand, as plain data."""
+        """Return ledger and scores as they stand, as plain data."""
         booms = {boom.name: boom.save_state() for boom in self.booms}
         return {
             "booms": booms,
-            "balance": None if self.balance is None else asdict(self.balance),
+            "ledger": self.ledger.save_state(),
             "announced_until": self._announced_until,
         }
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to what `save_state` returned; `series` is empty until the next communication point."""
+        """Go back to what `save_state` returned."""
         for boom in self.booms:
             boom.restore_state(saved["booms"][boom.name])
-        self.balance = None if saved["balance"] is None else OilBalance(**saved["balance"])
+        self.ledger.restore_state(saved["ledger"])
         self._announced_until, self._notices = saved["announced_until"], []
 
     def take_parting(self, boom: str, number: int, why: str = "") -> None:
@@ -140,8 +153,9 @@ class Scoring:
         """Return the scores of the run so far, by boom."""
         return {boom.name: boom.summary() for boom in self.booms}
 
-    def _oil(self) -> tuple[Array, NDArray[np.uint32]]:
-        if not self._oils:
+    def _particles(self) -> tuple[Array, NDArray[np.uint32]]:
+        """Return positions (N, 3) [m] and ids (N,) of the oil that is particles."""
+        if not self._oils or self._slick is not None:
             return np.zeros((0, 3)), np.zeros(0, np.uint32)
         positions = [self._fluid.phase_positions(name) for name in self._oils]
         ids = [self._fluid.phase_ids(name) for name in self._oils]
@@ -169,6 +183,14 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
         else:
             course = course_in_words(heading, bearing)
             yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, heading {course}"
+
+
+def _assumed_skimmers(scenario: Scenario) -> Iterator[str]:
+    """Yield what is assumed of skimmers, in words."""
+    for name, skimmer in scenario.skimmers.items():
+        if skimmer.assumed:
+            listed = (f"{key.replace('_', ' ')} of {value:g}" for key, value in skimmer.assumed.items())
+            yield f"skimmer {name!r}: a {' and a '.join(listed)} is assumed for a {skimmer.kind}"
 
 
 def _of_boom(key: str, boom: str) -> str:

@@ -30,8 +30,7 @@ from scenarios.setup.simulators import Simulators
 from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
 from scenarios.watch.sea_surface import SeaSurface
-from scenarios.watch.skimmer_account import SkimmerAccounts
-from scenarios.watch.slick_account import phase_of
+from scenarios.watch.slick_oil import phase_of
 from scenarios.watch.water_surface import sea_with_windows, tank_surface
 
 Array = NDArray[np.float64]
@@ -55,13 +54,11 @@ class FrameReader:
     Reading changes nothing: the accounts have been advanced before, and a frame may be read twice or never.
     """
 
-    def __init__(
-        self, simulators: Simulators, accounts: RunAccounts, skimmers: SkimmerAccounts, fmus: Sequence[Participant] = ()
-    ) -> None:
+    def __init__(self, simulators: Simulators, accounts: RunAccounts, fmus: Sequence[Participant] = ()) -> None:
         """Read frames of the simulators, of the accounts, and of the outputs of `fmus`."""
         self._simulators = simulators
         self._pulls = _pulls(simulators.fleet)
-        self._accounts, self._skimmers = accounts, skimmers
+        self._accounts = accounts
         self._fmus = fmus
         self._windows = tuple(describe_windows(simulators))
         self._sea_surface = SeaSurface()
@@ -72,20 +69,13 @@ class FrameReader:
         """Return the frame at a communication point; bodies and particles must be asked for before the run goes on."""
         accounts = self._accounts
         scalars = accounts.figures.series() | dict(self._probes()) | accounts.scoring.series()
-        scalars |= (
-            self._middles(point.time)
-            | accounts.coupling.series()
-            | self._moorings()
-            | self._skimmers.series()
-            | self._fmu_outputs()
-        )
+        scalars |= self._middles(point.time) | accounts.coupling.series() | self._moorings() | self._fmu_outputs()
         return Frame(
             index=point.index,
             time=point.time,
             bodies=self._bodies,
             scalars=scalars,
             read_phases=lambda: self._phases(point.time),
-            read_lost=accounts.scoring.lost_ids,
             read_surface=lambda: self._surface(point.time),
             read_film=self._film,
         )
@@ -191,7 +181,8 @@ class FrameReader:
 
     def _particles(self, phase: str, time: float) -> PhaseFrame:
         simulators = self._simulators
-        return PhaseFrame(position=simulators.positions(phase, time), id=simulators.readings.phase_ids(phase))
+        fate = self._accounts.scoring.fates(phase)
+        return PhaseFrame(simulators.positions(phase, time), simulators.readings.phase_ids(phase), fate=fate)
 
     def _bodies(self) -> Mapping[str, BodyFrame]:
         simulators = self._simulators
@@ -204,7 +195,9 @@ class FrameReader:
         wrenches = np.array([simulators.wrench(name) for name in names]).reshape(-1, 6)
         motions = np.hstack([world.poses(names), world.twists(names), wrenches])
         pulls = (max(map(world.tension, self._pulls.get(name, ())), default=math.nan) for name in names)
-        return {name: BodyFrame.of(*one) for name, *one in zip(names, motions, pulls, strict=True)}
+        held = self._accounts.scoring.held_speeds()
+        speeds = (held.get(name, math.nan) for name in names)
+        return {name: BodyFrame.of(*one) for name, *one in zip(names, motions, pulls, speeds, strict=True)}
 
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:
         world = self._simulators.world

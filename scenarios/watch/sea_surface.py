@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter
 
 from oilsim.sea import Sea
 from recordings.model.surface import FilmFrame, SurfaceFrame
-from scenarios.watch.oil_spots import spots_of_slick
+from scenarios.watch.slick_oil import spots_of_slick
 
 if TYPE_CHECKING:
     from oilsim.slick.slick import Slick

@@ -45,13 +45,13 @@ def _frame(index: int, bodies: int) -> Frame:
     ocean = random.uniform([0.0, 0.0, 0.0], [4.0, 2.0, 0.3], (OCEAN, 3)).astype(np.float32)
     oil = random.uniform([0.0, 0.0, 0.3], [4.0, 2.0, 0.33], (OIL, 3)).astype(np.float32)
     ids = np.arange(OCEAN + OIL, dtype=np.uint32)
-    phases = {"ocean": PhaseFrame(ocean, ids[:OCEAN]), "oil": PhaseFrame(oil, ids[OCEAN:])}
+    fate = (np.arange(OIL) < (OIL // 4 if bodies else 0)).astype(np.uint8)
+    phases = {"ocean": PhaseFrame(ocean, ids[:OCEAN]), "oil": PhaseFrame(oil, ids[OCEAN:], fate=fate)}
     upright = np.array([0.0, 0.0, 0.0, 1.0])
     segments = {
         f"boom/segment-{i:02d}": BodyFrame(position=random.normal(size=3), orientation=upright, tension=random.normal())
         for i in range(bodies)
     }
-    lost = {"drainage": ids[OCEAN : OCEAN + OIL // 4]} if bodies else {}
     scalars = {f"series-{i}": float(random.normal()) for i in range(20)}
     return Frame(
         index=index,
@@ -59,7 +59,6 @@ def _frame(index: int, bodies: int) -> Frame:
         bodies=segments,
         scalars=scalars,
         read_phases=lambda: phases,
-        read_lost=lambda: lost,
     )
 
 
@@ -96,7 +95,11 @@ def measure(frames: Sequence[Frame], terms: Terms) -> tuple[float, float, float]
         path = Path(folder) / "benchmark.rrd"
         recorder = Recorder(path, EVERY_FRAME, precision=precision, every=every)
         begun, worked = time.perf_counter(), time.process_time()
-        recorder.initialized(RunDescription(name="benchmark", particle_spacing=SPACING, phases=phases))
+        recorder.initialized(
+            RunDescription(
+                name="benchmark", particle_spacing=SPACING, phases=phases, fates=("contained", "lost_drainage")
+            )
+        )
         for frame in frames:
             recorder.step_completed(frame)
         recorder.terminated("completed")

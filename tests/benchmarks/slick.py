@@ -15,8 +15,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom
-from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.slick.loss_rate import Pools
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.surface_flow import UniformFlow
@@ -61,7 +62,7 @@ def main(parcels: int) -> None:
     cases = {
         "afloat, no boom": slick_before_boom(parcels, 0.0, 40.0, boom=False),
         "afloat, boom": slick_before_boom(parcels, 200.0, 40.0),
-        f"{100.0 * held.account.held / 20.0:.0f} % held": held,
+        f"{100.0 * held.oil.contained / 20.0:.0f} % held": held,
     }
     for name, slick in cases.items():
         wall, processor = median_times(slick, 200)

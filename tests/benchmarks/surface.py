@@ -60,7 +60,9 @@ def _costs(assembly: Assembly, frame: Callable[[], Frame]) -> dict[str, tuple[in
     """Return points, processor time [s] and bytes of a run's surface and film, those of making and of writing together."""
     first = frame()
     assert first.surface is not None
-    plain = Sample(index=0, time=0.0, phases={}, bodies={}, tensions={}, lost=None, scalars=dict(first.scalars))
+    plain = Sample(
+        index=0, time=0.0, phases={}, bodies={}, tensions={}, held_speeds={}, lost=None, scalars=dict(first.scalars)
+    )
     samples = {"plain": plain, "surface": replace(plain, surface=first.surface)}
     seconds = {"plain": cpu_time(frame), "surface": cpu_time(lambda: frame().surface)}
     points = {"surface": first.surface.height.size}

@@ -13,8 +13,8 @@ from booms.losses.rates import (
     PooledBoom,
     SlickLosses,
 )
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom
-from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.surface_flow import UniformFlow

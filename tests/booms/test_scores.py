@@ -12,16 +12,11 @@ from booms.scores import (
     TensionRecord,
     catenary_parameter,
     droplet_onset_speed,
-    encounter_rate,
     skirt_drag_coefficient,
     tow_force,
 )
 
 KNOT = 1852.0 / 3600.0
-
-
-def test_encounter_rate_of_the_textbook_sweep():
-    assert encounter_rate(200.0, 0.3, 0.7 * KNOT, 1e-3) * 3600.0 == pytest.approx(77.8, abs=0.05)
 
 
 def test_rule_of_thumb_drag_as_a_coefficient():
@@ -169,3 +164,13 @@ def test_a_boom_that_swings_with_the_waves_is_as_fast_as_it_is_towed():
     )
     assert speeds[50:, 1] == pytest.approx(0.3, abs=1e-3)
     assert speeds[50:, 0].max() > 0.5
+
+
+@pytest.mark.parametrize("step", [0.07, 0.4, 0.9, 1.3])
+def test_a_held_speed_is_a_mean_over_the_time_that_it_spans_whatever_the_step(step):
+    """Steps that do not divide the window of 1 s, or are longer than it: a steady stream is held at its own speed."""
+    held = HeldSpeed(window=1.0)
+    speeds = np.array([held.add(step * k, np.array([0.5]))[0] for k in range(40)])
+    begun = step * np.arange(40) >= 1.0
+    assert speeds[begun] == pytest.approx(0.5, rel=1e-12)
+    assert not speeds[~begun].any()

@@ -78,9 +78,8 @@ def test_impossible_descriptions_are_refused(make: object, message: str) -> None
         ("pier/north", "bodies/pier/north"),
     ],
 )
-def test_body_names_and_paths(name: str, path: str) -> None:
+def test_paths_of_bodies(name: str, path: str) -> None:
     assert entity_paths.body(name) == path
-    assert entity_paths.body_name(f"/{path}") == name
 
 
 @pytest.mark.parametrize("name", ["oil_inside", "tow_tension/port", "probes/gauge/height"])
@@ -124,7 +123,18 @@ def _fill(monkeypatch: pytest.MonkeyPatch, moments: list[float], count: int = 1)
     for index, moment in enumerate(moments):
         monkeypatch.setattr("recordings.model.sample.time.monotonic", lambda now=moment: now)
         phase = PhaseFrame(np.zeros((count, 3), np.float32), np.arange(count, dtype=np.uint32))
-        block.add(Sample(index=index, time=0.0, phases={"oil": phase}, bodies={}, tensions={}, lost={}, scalars={}))
+        block.add(
+            Sample(
+                index=index,
+                time=0.0,
+                phases={"oil": phase},
+                bodies={},
+                tensions={},
+                held_speeds={},
+                lost={},
+                scalars={},
+            )
+        )
         if block.full:
             sizes.append(len(block.take()))
     return sizes
@@ -140,8 +150,8 @@ def test_blocks_are_bounded_by_time_and_bytes(monkeypatch: pytest.MonkeyPatch) -
 
 def test_body_of_a_motion_has_its_parts():
     motion = np.arange(19.0)
-    body = BodyFrame.of(motion, 3.0)
+    body = BodyFrame.of(motion, 3.0, 0.5)
     assert body.position.tolist() == [0, 1, 2] and body.wrench.tolist() == [13, 14, 15, 16, 17, 18]
-    assert body.motion is motion and body.tension == 3.0
+    assert body.motion is motion and (body.tension, body.held_speed) == (3.0, 0.5)
     with pytest.raises(ValueError, match="motion has shape"):
-        BodyFrame.of(motion[:-1], 3.0)
+        BodyFrame.of(motion[:-1], 3.0, 0.5)

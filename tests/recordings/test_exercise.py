@@ -30,6 +30,7 @@ BOOM = BoomDescription(
 )
 EXERCISE = ExerciseDescription(booms=(BOOM,), current=(-0.2, 0.1), water_level=0.6)
 SITE = Site(latitude=58.9, longitude=5.6, bearing=45.0, start="2026-05-01T08:00:00+00:00")
+FATES = ("afloat", "lost_drainage", "lost_planing")
 LOST = {0: {}, 1: {"drainage": [3, 4]}, 2: {"drainage": [4], "planing": [7]}, 3: {"planing": [7]}, 4: {}}
 
 
@@ -38,7 +39,7 @@ def recording(made_up: ModuleType, tmp_path: Path) -> Path:
     """Five frames of ten oil particles, some of them lost, and a boom of two segments under tension."""
     path = tmp_path / "exercise.rrd"
     with Recorder(path, frame_rate=10.0) as recorder:
-        recorder.initialized(replace(made_up.describe(), exercise=EXERCISE, site=SITE))
+        recorder.initialized(replace(made_up.describe(), exercise=EXERCISE, site=SITE, fates=FATES))
         for index in range(5):
             recorder.step_completed(_frame(index))
     return path
@@ -49,9 +50,16 @@ def _positions(index: int) -> np.ndarray:
 
 
 def _frame(index: int) -> Frame:
-    ids = np.arange(10, dtype=np.uint32)
+    ids, fate = np.arange(10, dtype=np.uint32), np.zeros(10, np.uint8)
+    for cause, lost in LOST[index].items():
+        fate[lost] = FATES.index(f"lost_{cause}")
     bodies = {
-        name: BodyFrame(position=np.zeros(3), orientation=np.array([0.0, 0.0, 0.0, 1.0]), tension=10.0 * index + place)
+        name: BodyFrame(
+            position=np.zeros(3),
+            orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+            tension=10.0 * index + place,
+            held_speed=0.1 * place,
+        )
         for place, name in enumerate(BOOM.segments)
     }
     bodies["rock"] = BodyFrame(position=np.zeros(3), orientation=np.array([0.0, 0.0, 0.0, 1.0]))
@@ -59,8 +67,7 @@ def _frame(index: int) -> Frame:
         index=index,
         time=0.1 * index,
         bodies=bodies,
-        read_phases=lambda: {"oil": PhaseFrame(_positions(index), ids)},
-        read_lost=lambda: {cause: np.array(lost, np.uint32) for cause, lost in LOST[index].items()},
+        read_phases=lambda: {"oil": PhaseFrame(_positions(index), ids, fate=fate)},
     )
 
 
@@ -74,7 +81,7 @@ def test_lost_oil_comes_back_by_cause_frame_by_frame(recording: Path) -> None:
     replay = Replay(recording)
     assert replay.lost_causes == ("drainage", "planing")
     for cause in replay.lost_causes:
-        for index, _, frame in replay.lost_frames(cause):
+        for index, _, frame in replay.particles(entity_paths.lost(cause)):
             assert frame.id.tolist() == LOST[index].get(cause, [])
             np.testing.assert_array_equal(frame.position, _positions(index)[frame.id])
 
@@ -88,6 +95,8 @@ def test_a_moment_shows_only_oil_that_is_lost_then(recording: Path) -> None:
 def test_tension_comes_back_for_booms_and_is_unknown_elsewhere(recording: Path) -> None:
     bodies = Replay(recording).bodies
     np.testing.assert_array_equal(bodies["boom/segment-01"].tension, 10.0 * np.arange(5) + 1.0)
+    np.testing.assert_array_equal(bodies["boom/segment-01"].held_speed, np.full(5, 0.1))
+    assert np.isnan(bodies["rock"].held_speed).all()
     assert np.isnan(bodies["rock"].tension).all()
 
 

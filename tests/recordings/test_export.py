@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -40,12 +40,19 @@ from recordings.sink.recorder import Recorder
 SITE = Site(latitude=45.0, longitude=5.0, bearing=90.0, start="2026-05-01T10:00:00+02:00")
 SPACING, SIDE = 0.1, 12
 LOST = np.array([7, 8, 20], dtype=np.uint32)
+FATES = ("afloat", "contained", "stranded", "recovered", "lost_drainage")
 
 
 def oil(index: int) -> np.ndarray:
     """A square film that drifts by a metre along x in every frame."""
     x, y = np.meshgrid(np.arange(SIDE) * SPACING, np.arange(SIDE) * SPACING)
     return np.column_stack([x.ravel() + index, y.ravel(), np.full(x.size, 0.25)]).astype(np.float32)
+
+
+def fates(ids: np.ndarray, lost: bool = True) -> np.ndarray:
+    """The last particle is ashore, and three are lost."""
+    stuck = np.where(ids == ids[-1], FATES.index("stranded"), 0)
+    return np.where(lost & np.isin(ids, LOST), FATES.index("lost_drainage"), stuck).astype(np.uint8)
 
 
 def frame(index: int) -> Frame:
@@ -56,9 +63,8 @@ def frame(index: int) -> Frame:
         index=index,
         time=0.5 * index,
         bodies={"vessels/port": hull},
-        scalars={"oil_retained": 1.0 - 0.1 * index, **({"probes/gauge": 3.0} if index == 2 else {})},
-        read_phases=lambda: {"oil": PhaseFrame(oil(index)[kept], ids[kept])},
-        read_lost=lambda: {"drainage": LOST} if index >= 2 else {},
+        scalars={"oil/spilled": 1.0, "oil/recovered": 0.1 * index, **({"probes/gauge": 3.0} if index == 2 else {})},
+        read_phases=lambda: {"oil": PhaseFrame(oil(index)[kept], ids[kept], fate=fates(ids[kept], index >= 2))},
     )
 
 
@@ -70,7 +76,9 @@ def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
     phase = PhaseDescription(name="oil", is_oil=True, rest_density=900.0, dynamic_viscosity=0.09)
     with Recorder(path, frame_rate=2.0) as recorder:
         recorder.initialized(
-            RunDescription(name="film", particle_spacing=SPACING, phases=(phase,), meshes={"vessels/port": hull})
+            RunDescription(
+                name="film", particle_spacing=SPACING, phases=(phase,), meshes={"vessels/port": hull}, fates=FATES
+            )
         )
         for index in range(5):
             recorder.step_completed(frame(index))
@@ -107,7 +115,9 @@ def test_instants_are_at_least_the_interval_apart_and_end_with_the_last() -> Non
 def test_oil_frames_know_which_particles_are_lost(replay: Replay) -> None:
     frames = list(oil_frames(replay, 1.0))
     assert [one.time for one in frames] == [0.0, 1.0, 2.0]
-    assert [int(one.cause.sum()) for one in frames] == [0, 3, 3]
+    assert [int((one.fate == FATES.index("lost_drainage")).sum()) for one in frames] == [0, 3, 3]
+    assert [int((one.fate == FATES.index("stranded")).sum()) for one in frames] == [1, 1, 1]
+    assert [one.ledger["recovered"] for one in frames] == pytest.approx([0.0, 0.2, 0.4])
     assert [one.id.tolist() for one in oil_frames(replay, 1.0, lost_only=True)] == [[], LOST.tolist(), LOST.tolist()]
 
 
@@ -123,9 +133,15 @@ def test_netcdf_opens_in_xarray_with_the_ragged_layout(replay: Replay, tmp_path:
         np.testing.assert_array_equal(data.longitude.values[start : start + 144], longitude)
         np.testing.assert_array_equal(data.latitude.values[start : start + 144], latitude)
         np.testing.assert_array_equal(data.id.values[start : start + 144], np.arange(144))
-        lost = data.cause.values[start : start + 144]
-        assert data.cause.attrs["flag_meanings"].split() == ["afloat", "drainage"]
-        assert np.flatnonzero(lost).tolist() == LOST.tolist()
+        fate, status = data.fate.values[start : start + 144], data.status_codes.values[start : start + 144]
+        assert np.flatnonzero(fate == FATES.index("lost_drainage")).tolist() == LOST.tolist()
+        assert np.flatnonzero(status != 2).tolist() == [143] and status[143] == 3  # GNOME: in_water, on_land
+        np.testing.assert_allclose(data.oil_recovered.values, 0.1 * np.arange(5))
+        for variable, words in ((data.fate, list(FATES)), (data.status_codes, None)):  # CF 1.8, section 3.5
+            meanings, values = variable.attrs["flag_meanings"].split(), variable.attrs["flag_values"]
+            assert len(values) == len(meanings) and values.dtype.newbyteorder("=") == variable.dtype
+            assert words in (None, meanings) and set(np.unique(variable.values)) <= set(values.tolist())
+        assert data.depth.attrs["axis"] == "Z"
         np.testing.assert_allclose(data.mass.values, 1000.0 * 900.0 * SPACING**3)
         np.testing.assert_allclose(data.viscosity.values, 1e-4)
         assert (data.depth.values == 0.0).all()  # the film is the surface
@@ -175,15 +191,18 @@ def test_an_outline_has_the_area_of_the_film() -> None:
     assert whole - 4.0 * SIDE * SPACING * 0.1 * SPACING < area <= whole * (1.0 + 1e-9)  # positive: counter-clockwise
 
 
-def test_geojson_has_outlines_by_cause_with_their_volume(replay: Replay, tmp_path: Path) -> None:
+def test_geojson_has_outlines_by_fate_with_their_volume(replay: Replay, tmp_path: Path) -> None:
     write_geojson(replay, tmp_path / "oil.geojson", SITE, interval=1.0, particles=True)
     features = json.loads((tmp_path / "oil.geojson").read_text())["features"]
     slicks = [f["properties"] for f in features if f["properties"]["kind"] == "slick"]
-    assert [(s["time_s"], s["cause"]) for s in slicks] == [
-        (0.0, "afloat"), (1.0, "afloat"), (1.0, "drainage"), (2.0, "afloat"), (2.0, "drainage"),
-    ]  # fmt: skip
-    assert slicks[1]["volume_m3"] == pytest.approx((144 - 3) * SPACING**3)
-    assert slicks[1]["time"] == "2026-05-01T08:00:01+00:00"
+    both, all_three = ["afloat", "stranded"], ["afloat", "stranded", "lost_drainage"]
+    assert [s["fate"] for s in slicks] == [*both, *all_three, *all_three]
+    assert [FATES[s["fate_code"]] for s in slicks] == [s["fate"] for s in slicks]
+    assert [s["volume_m3"] for s in slicks[2:5]] == pytest.approx([count * SPACING**3 for count in (140, 1, 3)])
+    ledger = [f["properties"] for f in features if f["properties"]["kind"] == "ledger"]
+    assert [row["recovered_m3"] for row in ledger] == pytest.approx([0.0, 0.2, 0.4])
+    features = [f for f in features if f["geometry"] is not None]
+    assert slicks[2]["time"] == "2026-05-01T08:00:01+00:00"
     (track,) = [f for f in features if f["properties"]["kind"] == "track"]
     longitude, latitude = longitude_latitude(SITE, np.array([[4.0, 2.0]]))
     np.testing.assert_allclose(track["geometry"]["coordinates"][-1], [longitude[0], latitude[0]], atol=1e-8)
@@ -208,7 +227,8 @@ def test_geojson_is_cut_at_the_180th_meridian_and_loses_nothing(
     site = Site(latitude=17.0, longitude=longitude)
     write_geojson(replay, tmp_path / "cut.geojson", site, particles=True)
     write_geojson(replay, tmp_path / "plain.geojson", Site(latitude=17.0, longitude=0.0), particles=True)
-    cut, plain = (json.loads((tmp_path / f"{name}.geojson").read_text())["features"] for name in ("cut", "plain"))
+    read = {name: json.loads((tmp_path / f"{name}.geojson").read_text())["features"] for name in ("cut", "plain")}
+    cut, plain = ([one for one in features if one["geometry"] is not None] for features in read.values())
     assert len(cut) == len(plain)
     crossing = False
     for one, other in zip(cut, plain, strict=True):
@@ -244,7 +264,7 @@ def test_vtk_reads_back_with_points_ids_and_times(replay: Replay, tmp_path: Path
     reader.Update()
     found = reader.GetOutput()
     np.testing.assert_array_equal(vtk_to_numpy(found.GetPoints().GetData()), oil(2))
-    assert np.flatnonzero(vtk_to_numpy(found.GetPointData().GetArray("lost_by"))).tolist() == LOST.tolist()
+    np.testing.assert_array_equal(vtk_to_numpy(found.GetPointData().GetArray("fate")), fates(np.arange(144)))
     reader.SetFileName(str(tmp_path / "bodies_000004.vtp"))
     reader.Update()
     hull = reader.GetOutput()
@@ -267,9 +287,8 @@ def test_vtk_of_a_step_without_bodies_has_no_surface(tmp_path: Path) -> None:
                     index=index,
                     time=0.5 * index,
                     bodies=bodies,
-                    scalars={"oil_retained": 1.0},
+                    scalars={"oil/spilled": 1.0},
                     read_phases=dict,
-                    read_lost=dict,
                 )
             )
     assert write_vtk(Replay(path), tmp_path) == 2
@@ -284,13 +303,16 @@ def test_tables_hold_every_series_and_the_tracks_asked_for(kind: str, replay: Re
     tables = {path.stem: read(path) for path in written}
     series = tables["series"].to_pydict()
     assert series["time"] == [0.0, 0.5, 1.0, 1.5, 2.0]
-    assert series["oil_retained"] == [1.0 - 0.1 * index for index in range(5)]
+    assert series["oil/recovered"] == [0.1 * index for index in range(5)]
     assert series["probes/gauge"] == [None, None, 3.0, None, None]
     assert tables["bodies"].to_pydict()["x"] == [0.0, 1.0, 2.0, 3.0, 4.0]
     assert tables["events"].to_pydict()["text"] == ['it "leaks", here']
     track = tables["particles-oil"].to_pydict()
     assert track["id"] == [7, 143, 7, 143, 7, 143, 7, 7]
     assert track["x"][0] == pytest.approx(0.7)
+    assert track["fate"][3:6] == ["stranded", "lost_drainage", "stranded"]
+    assert [FATES[code] for code in track["fate_code"]] == track["fate"]
+    assert track["volume"] == pytest.approx([SPACING**3] * 8)
 
 
 def two_fluids(path: Path, oil_name: str, water_name: str, dimension: int = 3) -> Replay:
@@ -301,14 +323,18 @@ def two_fluids(path: Path, oil_name: str, water_name: str, dimension: int = 3) -
     )
     names = {water_name: np.arange(500, 510, dtype=np.uint32), oil_name: np.arange(30, dtype=np.uint32)}
     with Recorder(path, frame_rate=2.0) as recorder:
-        recorder.initialized(RunDescription(name="sea", particle_spacing=SPACING, phases=phases, dimension=dimension))
+        recorder.initialized(
+            RunDescription(name="sea", particle_spacing=SPACING, phases=phases, dimension=dimension, fates=FATES)
+        )
         for index in range(2):
             recorder.step_completed(
                 Frame(
                     index=index,
                     time=0.5 * index,
-                    read_phases=lambda: {n: PhaseFrame(np.zeros((len(i), 3), np.float32), i) for n, i in names.items()},
-                    read_lost=lambda: {"drainage": LOST},
+                    read_phases=lambda: {
+                        n: PhaseFrame(np.zeros((len(i), 3), np.float32), i, fate=None if n == water_name else fates(i))
+                        for n, i in names.items()
+                    },
                 )
             )
     return Replay(path)
@@ -320,7 +346,10 @@ def test_oil_is_what_the_run_called_oil_whatever_its_name(tmp_path: Path) -> Non
     assert replay.run.oils == ("brent",)
     assert replay.lost_causes == ("drainage",)
     last = list(oil_frames(replay))[-1]
-    assert last.id.tolist() == list(range(30)) and last.id[last.cause > 0].tolist() == LOST.tolist()
+    assert (
+        last.id.tolist() == list(range(30))
+        and last.id[last.fate == FATES.index("lost_drainage")].tolist() == LOST.tolist()
+    )
     sea, brent = replay.run.phases
     assert palette.phase_color(brent, 1) == palette.OIL and palette.phase_color(sea, 0) == palette.WATER
     assert "**Oil** is dark. **Water** is drawn as small dots." in legend(replay.run)
@@ -334,18 +363,9 @@ def test_a_planes_particles_are_a_metre_wide(tmp_path: Path) -> None:
         np.testing.assert_allclose(data.mass.values, 1000.0 * 835.0 * SPACING**2)
     write_geojson(replay, tmp_path / "oil.geojson", SITE)
     features = json.loads((tmp_path / "oil.geojson").read_text())["features"]
-    volumes = {f["properties"]["cause"]: f["properties"]["volume_m3"] for f in features if "cause" in f["properties"]}
-    assert volumes == pytest.approx({"afloat": 27 * SPACING**2, "drainage": 3 * SPACING**2})
-
-
-def test_recordings_that_do_not_say_what_is_oil_are_read_by_the_names(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def without(phase: PhaseDescription) -> dict[str, object]:
-        return {name: value for name, value in asdict(phase).items() if name != "is_oil"}
-
-    monkeypatch.setattr("recordings.sink.rerun_sink.asdict", without)
-    assert two_fluids(tmp_path / "old.rrd", "crude", "sea").run.oils == ("crude",)
+    volumes = {f["properties"]["fate"]: f["properties"]["volume_m3"] for f in features if "fate" in f["properties"]}
+    expected = {"afloat": 26 * SPACING**2, "stranded": SPACING**2, "lost_drainage": 3 * SPACING**2}
+    assert volumes == pytest.approx(expected)
 
 
 def test_tracks_of_an_unknown_phase_are_refused(replay: Replay, tmp_path: Path) -> None:
@@ -376,7 +396,6 @@ def test_parcels_are_exported_with_their_own_volumes(tmp_path: Path, replay: Rep
                     bodies={},
                     scalars={},
                     read_phases=lambda one=found: {"oil": one},
-                    read_lost=dict,
                 )
             )
     recorded = Replay(path)

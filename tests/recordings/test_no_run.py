@@ -54,7 +54,5 @@ def test_another_format_is_refused(record: Callable[..., Path], monkeypatch: pyt
     with monkeypatch.context() as changed:
         changed.setattr(rerun_sink, "FORMAT_VERSION", 99)
         path = record(1)
-    with pytest.raises(
-        RecordingError, match=f"has format version 99, allowed: 1 or {rerun_sink.FORMAT_VERSION}, which"
-    ):
+    with pytest.raises(RecordingError, match=f"has format version 99, allowed: {rerun_sink.FORMAT_VERSION}, which"):
         Replay(path)

@@ -8,15 +8,12 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-import rerun as rr
 
 from recordings.files.errors import RecordingError
-from recordings.model import entity_paths
 from recordings.model.frame import Event, Frame
 from recordings.model.sample import grid_within
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
-from recordings.sink.rerun_sink import open_stream
 from recordings.sink.writers import drawn_bodies
 
 FRAMES = 35  # three blocks of ten and a rest
@@ -73,32 +70,6 @@ def test_segments_of_a_boom_are_drawn_by_one_entity(made_up: ModuleType) -> None
         "vessels/port/hull": ("vessels/port",),
         "bodies/rock": ("rock",),
     }
-
-
-def test_a_recording_of_format_1_is_read(tmp_path: Path, made_up: ModuleType) -> None:
-    """Format 1 has an entity for each body, with its motion and its mesh."""
-    mesh, steps = made_up.describe().meshes["rock"], range(3)
-    stream = open_stream("of format 1")
-    stream.save(tmp_path / "old.rrd")
-    stream.send_property("recording", rr.AnyValues(format_version=1, particle_spacing=0.1, dimension=3))
-    times = [
-        rr.TimeColumn(entity_paths.TIMELINE_TIME, duration=[index * made_up.STEP for index in steps]),
-        rr.TimeColumn(entity_paths.TIMELINE_FRAME, sequence=steps),
-    ]
-    for name in made_up.BODIES:
-        motion = np.concatenate([made_up.make_frame(index).bodies[name].motion for index in steps])
-        columns = rr.AnyValues.columns(motion=motion).partition([19] * len(steps))
-        stream.send_columns(entity_paths.body(name), times, columns)
-        shape = rr.AnyValues(vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel())
-        stream.log(entity_paths.body(name), shape, static=True)
-    stream.disconnect()
-    replay = Replay(tmp_path / "old.rrd")
-    assert set(replay.run.meshes) == set(replay.bodies) == set(made_up.BODIES)
-    np.testing.assert_array_equal(replay.run.meshes["vessels/port"].vertices, mesh.vertices)
-    for name, series in replay.bodies.items():
-        expected = made_up.make_frame(2).bodies[name]
-        assert series.frame(2).motion.tobytes() == expected.motion.tobytes()
-        assert np.isnan(series.tension).all()
 
 
 def test_description_comes_back(record: Callable[..., Path], made_up: ModuleType) -> None:

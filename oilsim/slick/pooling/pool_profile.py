@@ -38,14 +38,6 @@ def boom_thickness(head: Array, growth: Array, volume_per_front: Array) -> Array
     return np.asarray(np.cbrt(head**3 + 1.5 * growth * volume_per_front))
 
 
-def thickness_after(thickness: Array, growth: Array, volume: Array) -> Array:
-    """Compute the thickness (N,) [m] where `volume` (N,) [m2] per metre of front lies between there and the boom, h_b thick there.
-
-    thickness h_b (N,) [m]; growth K (N,) [m]. From the integral of the profile, h^3 = h_b^3 - 1.5 K V.
-    """
-    return np.asarray(np.cbrt(np.maximum(thickness**3 - 1.5 * growth * volume, 0.0)))
-
-
 def distance_to(thickness: Array, growth: Array, local: Array) -> Array:
     """Compute the distance from the boom (N,) [m] at which a slick that is h_b (N,) [m] thick there is `local` (N,) [m] thick.
 

@@ -17,9 +17,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import STANDOFF, Barriers
 from oilsim.slick.crossing import beside, first_crossings, resting_sweep
-from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.slick.loss_rate import Pools
 from oilsim.slick.parcels import Parcels, ParcelState, Rows, sums
 from oilsim.slick.pooling.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
 from oilsim.slick.pooling.pool_profile import boom_thickness, distance_to, head_thickness, reduced_gravity, thickening

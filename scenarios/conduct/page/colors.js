@@ -1,8 +1,6 @@
 // Colours of oil by thickness, which the scene brings, and of booms by what they bear.
 import { KNOT } from "./units.js";
 
-export const AFLOAT = 0, HELD = 1, LOST = 2, ASHORE = 3;
-
 // The class of a film among those of the scene, by its thickness [m].
 export function filmClass(films, thickness) {
   let found = 0;

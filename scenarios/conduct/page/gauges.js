@@ -11,7 +11,7 @@ export function showGauges(place, scene, state) {
 }
 
 function boomGauges(boom, state, scene) {
-  const held = state.normal_speed_held, limit = scene.speeds.limit, met = (state.oil_retained ?? 0) + (state.oil_lost ?? 0);
+  const held = state.normal_speed_held, limit = scene.speeds.limit, met = state.oil_met;
   const pulls = Object.entries(state.pull).map(([end, pull]) => entry(`Pull at ${escape(end)}`, force(pull), meter(pull, boom.full_tension, `Pull at ${escape(end)}`), pull > boom.full_tension ? "bad" : ""));
   const causes = Object.entries(state.lost).filter(([, lost]) => lost > 0).map(([cause, lost]) => {
     const known = scene.causes[cause] ?? { words: cause, color: "#888" };
@@ -22,7 +22,7 @@ function boomGauges(boom, state, scene) {
     ${entry("Water against the boom", knots(held), meter(held, 2 * limit, "Water against the boom"), held > limit ? "bad" : held > 0.85 * limit ? "warn" : "")}
     ${entry("Gap, of the length", state.gap_ratio == null ? "–" : `${Math.round(100 * state.gap_ratio)} %`)}
     ${pulls.join("")}
-    ${entry("Oil held", volume(state.oil_retained))}
+    ${entry("Oil held", volume(state.oil_contained))}
     ${entry("Oil lost", volume(state.oil_lost) + (met > 0 && state.oil_lost > 0 ? `, ${(100 * state.oil_lost / met).toPrecision(2)} %` : ""), "", state.oil_lost > 0 ? "warn" : "")}
     <ul class="causes">${causes.join("")}</ul></div>`;
 }
@@ -65,7 +65,7 @@ export class Charts {
 
   refresh() {
     const times = this.rows.map((row) => row.time), of = (key, factor = 1) => this.rows.map((row) => row.booms[this.boom]?.[key] == null ? null : row.booms[this.boom][key] * factor);
-    this.oil.setData([times, of("oil_retained"), of("oil_lost")]);
+    this.oil.setData([times, of("oil_contained"), of("oil_lost")]);
     this.speed.setData([times, of("tow_speed", 1 / KNOT), of("normal_speed_held", 1 / KNOT)]);
   }
 }

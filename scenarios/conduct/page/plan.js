@@ -1,6 +1,6 @@
 // The plan view: north up, drawn on a canvas from the latest state.
 import { compass, engineFault, knots } from "./units.js";
-import { ASHORE, LOST, filmClass, normalColor, tensionColor } from "./colors.js";
+import { filmClass, normalColor, tensionColor } from "./colors.js";
 import { drawFurniture } from "./furniture.js";
 
 const CLOSED = 1.12; // spots are drawn wider, so that circles side by side look like one film
@@ -140,14 +140,14 @@ export class PlanView {
   }
 
   drawOil(pen) {
-    const spots = this.spots ?? new Float32Array(0), films = this.scene.films, groups = films.map(() => new Path2D()), lost = new Path2D(), ashore = new Path2D();
+    const spots = this.spots ?? new Float32Array(0), films = this.scene.films, groups = films.map(() => new Path2D()), lost = new Path2D(), ashore = new Path2D(), fates = this.scene.fates;
     for (let k = 0; k < spots.length; k += 5) {
       const [left, top] = this.at(spots[k], spots[k + 1]), size = Math.max(CLOSED * spots[k + 2] * this.scale, 1.1);
       if (left < -size || top < -size || left > this.canvas.clientWidth + size || top > this.canvas.clientHeight + size) continue;
-      const path = spots[k + 4] === ASHORE ? ashore : groups[filmClass(films, spots[k + 3])];
+      const path = fates[spots[k + 4]] === "stranded" ? ashore : groups[filmClass(films, spots[k + 3])];
       if (size < 2.5) path.rect(left - size, top - size, 2 * size, 2 * size);
       else { path.moveTo(left + size, top); path.arc(left, top, size, 0, 7); }
-      if (spots[k + 4] === LOST) { lost.moveTo(left + size, top); lost.arc(left, top, Math.max(size, 2), 0, 7); }
+      if (fates[spots[k + 4]].startsWith("lost_")) { lost.moveTo(left + size, top); lost.arc(left, top, Math.max(size, 2), 0, 7); }
     }
     groups.forEach((path, index) => { pen.fillStyle = films[index].color; pen.globalAlpha = films[index].opacity; pen.fill(path); });
     pen.globalAlpha = 1;

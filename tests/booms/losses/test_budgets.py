@@ -5,7 +5,7 @@ import pytest
 
 from booms.losses.budgets import WINDOW, LossBudgets
 from booms.losses.rates import OVER_TOP, WAYS
-from oilsim.slick.loss_cause import LossCause
+from oilsim.oil.fates import LossCause
 
 VOLUME = 1e-3
 UNDER = 0

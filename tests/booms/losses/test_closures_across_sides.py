@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from booms.boom import Boom
 from booms.boom_state import BoomState, nearest_image
-from booms.containment import ContainmentOptions, ContainmentTracker
+from booms.containment import Containment, ContainmentOptions
 from booms.deployment import lay_u
 from booms.losses.closure_losses import INTERVAL, ClosureLosses, LostBoom
 from booms.losses.liquids import OilOnWater
@@ -84,7 +84,7 @@ def looked(way: tuple[float, float]) -> tuple[float, list[int], int]:
     options = ContainmentOptions(
         skirt_depth=DRAFT, freeboard=FREEBOARD, particle_volume=SPACING**3, hysteresis=SPACING, period=SEA
     )
-    tracker, closures, state = ContainmentTracker(options), ClosureLosses(boom), boom_at(way)
+    tracker, closures, state = Containment(options), ClosureLosses(boom), boom_at(way)
     with stream(way) as fluid:
         for look in range(LOOKS):
             time = look * INTERVAL

@@ -10,7 +10,7 @@ from scipy.constants import knot
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures, Drivers
 from booms.losses.resolution import Resolution
-from oilsim.slick.loss_cause import LossCause
+from oilsim.oil.fates import LossCause
 
 OIL = OilOnWater(oil_density=900.0, water_density=1027.0, interfacial_tension=0.025)
 CLOSURES = Closures(skirt_depth=0.4)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from booms.losses.rates import Closures, PooledBoom, SlickLosses
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom, Immersion
-from oilsim.slick.loss_cause import LossCause, Pools
+from oilsim.slick.loss_rate import Pools
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.surface_flow import UniformFlow
@@ -27,7 +28,7 @@ def losses(immersion: Immersion, speed: float = 0.45) -> np.ndarray:
     flow = UniformFlow((-speed, 0.0))
     for step in range(60):
         slick.step(flow, 0.5 * step, 0.5)
-    assert slick.account.held > 1.0
+    assert slick.oil.contained > 1.0
     slick.move("boom", LINE, immersion)
     slick.step(flow, 30.0, 0.01)
     found = LOSSES(slick.pools)

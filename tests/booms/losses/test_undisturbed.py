@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from booms.boom import Boom
 from booms.boom_state import BoomState
-from booms.containment import ContainmentOptions, ContainmentTracker
+from booms.containment import Containment, ContainmentOptions
 from booms.deployment import lay_along
 from booms.losses.closure_losses import INTERVAL, ClosureLosses, LostBoom
 from booms.losses.liquids import OilOnWater
@@ -153,7 +153,7 @@ def test_the_surface_beside_a_wall_is_the_still_level(fluid: Fluid) -> None:
     assert found == pytest.approx([0.9, 0.9, LEVEL, LEVEL], abs=1e-6)
 
 
-def looker() -> tuple[ClosureLosses, ContainmentTracker]:
+def looker() -> tuple[ClosureLosses, Containment]:
     """Return the closures of the straight boom, and the account of its oil."""
     oil = OilOnWater(oil_density=868.0, water_density=1027.0, kinematic_viscosity=1.2e-5, interfacial_tension=0.02)
     boom = LostBoom(
@@ -161,7 +161,7 @@ def looker() -> tuple[ClosureLosses, ContainmentTracker]:
         segment_length=LENGTH / SEGMENTS, freeboard=FREEBOARD, float_width=0.08, spacing=SPACING,
     )  # fmt: skip
     options = ContainmentOptions(skirt_depth=DRAFT, freeboard=FREEBOARD, particle_volume=SPACING**3, hysteresis=SPACING)
-    return ClosureLosses(boom), ContainmentTracker(options)
+    return ClosureLosses(boom), Containment(options)
 
 
 def test_speed_and_draft_follow_in_the_time_that_water_takes_to_pass_the_draft(fluid: Fluid) -> None:

@@ -11,8 +11,8 @@ from coupling.master.errors import CoSimulationError
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable
 from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
 from coupling.participants.slick import CarryingSea, SlickParticipant
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom, Outline
-from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
@@ -101,12 +101,12 @@ def test_towed_boom_gathers_and_loses_oil():
     for _ in range(400):
         run.step()
         now = outputs(run)
-        assert sum(now[name] for name in ("afloat", "held", "lost", "stranded", "recovered")) == pytest.approx(
+        assert sum(now[name] for name in ("afloat", "contained", "lost", "stranded", "recovered")) == pytest.approx(
             2.0, abs=1e-12
         )
-    assert now["held"] > 0.8
-    assert now["sweep.held"] == pytest.approx(now["held"], rel=1e-12)
-    assert now["sweep.held_by_segment"].sum() == pytest.approx(now["held"], rel=1e-12)
+    assert now["contained"] > 0.8
+    assert now["sweep.contained"] == pytest.approx(now["contained"], rel=1e-12)
+    assert now["sweep.held_by_segment"].sum() == pytest.approx(now["contained"], rel=1e-12)
     assert now["sweep.passed.entrainment"] > 0.02
     assert now["lost.entrainment"] == pytest.approx(now["sweep.passed.entrainment"], rel=0.2)
     assert np.allclose(now["sweep.draft"], 0.4)
@@ -145,7 +145,7 @@ def test_a_parted_boom_ends_at_its_own_joints_and_loses_oil_between_them():
     assert np.allclose(slick.barriers.lengths()[rows], 4.0)
     assert np.allclose(slick.barriers.start[6] - slick.barriers.end[5], (0.0, 60.0))
     assert now["sweep.passed.through"] > 1.0
-    assert now["sweep.held"] < 0.3
+    assert now["sweep.contained"] < 0.3
     run.terminate()
 
 
@@ -224,6 +224,6 @@ def test_oil_poured_on_a_beach_lies_at_its_waterline_as_the_tide_moves_that(rate
         run.step()
         afloat = slick.parcels.state == ParcelState.AFLOAT
         assert not slick.barriers.encloses(slick.parcels.position[afloat]).any()
-    assert slick.account.released == pytest.approx(0.030)
+    assert slick.oil.spilled == pytest.approx(0.030)
     assert (np.abs(slick.parcels.position[:, 0] + 20.0) < 6.0).all()
-    assert (slick.account.stranded > 0.0) == (rate < 0.0)
+    assert (slick.oil.stranded > 0.0) == (rate < 0.0)

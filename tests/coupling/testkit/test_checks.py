@@ -24,7 +24,7 @@ from coupling.testkit import (
     assert_joint_gap,
     assert_metacentric_height,
     assert_no_leak,
-    assert_oil_retained,
+    assert_oil_contained,
     assert_period,
     assert_reflection,
     assert_tension,
@@ -70,7 +70,7 @@ def known() -> Readings:
     series = {f"probes/{name}": Track(TIME, height) for name, height in gauges.items()}
     series |= {"tension/tow": Track(TIME, 40.0 + np.sin(2.0 * math.pi * TIME))}
     series |= {
-        f"oil_{what}": Track(TIME, np.full(len(TIME), amount)) for what, amount in (("retained", 3.0), ("lost", 1.0))
+        f"oil_{what}": Track(TIME, np.full(len(TIME), amount)) for what, amount in (("contained", 3.0), ("lost", 1.0))
     }
     mesh = box((SIDE, SIDE, SIDE))
     told = MeshDescription(vertices=mesh.vertices, faces=mesh.faces)
@@ -168,14 +168,14 @@ CASES: dict[str, tuple[Check, float, str]] = {
         "deepest particle in 'raft' lies in it by 0.02 m, expected: 0.01 m at most at 4 s",
     ),
     "oil in a box": (
-        lambda r, off: assert_oil_retained(r, 0.5 + off, within=0.01, inside=((2.0, 0.0, 0.0), (2.5, 1.0, 1.0))),
+        lambda r, off: assert_oil_contained(r, 0.5 + off, within=0.01, inside=((2.0, 0.0, 0.0), (2.5, 1.0, 1.0))),
         0.2,
-        "share of oil retained is 0.5, expected: 0.7 within 0.01 at 4 s",
+        "share of oil contained is 0.5, expected: 0.7 within 0.01 at 4 s",
     ),
     "oil of a boom": (
-        lambda r, off: assert_oil_retained(r, 0.75 + off, within=0.01, boom="main"),
+        lambda r, off: assert_oil_contained(r, 0.75 + off, within=0.01, boom="main"),
         0.1,
-        "share of oil retained is 0.75, expected: 0.85 within 0.01 at 4 s",
+        "share of oil contained is 0.75, expected: 0.85 within 0.01 at 4 s",
     ),
     "wave height": (
         lambda r, off: assert_wave_height(r, "open", 0.08 + off, period=WAVE, within=0.001),
@@ -229,7 +229,7 @@ def test_error_that_no_spacing_mends_says_so() -> None:
         (lambda r: assert_force(r, "raft", 1.0, along="z", within=1.0, since=9.0), r"since is 9\.0 s, allowed: up to 4 s"),
         (lambda r: assert_added_mass(r, "sinker", 1.0, along="x", within=1.0), "acceleration along x is 0 m/s2"),
         (lambda r: assert_wave_height(r, "open", 1.0, period=9.0, within=1.0), "4 s were seen .* allowed: a period, 9 s"),
-        (lambda r: assert_oil_retained(r, 1.0, within=1.0), "both or neither, allowed: one of them"),
+        (lambda r: assert_oil_contained(r, 1.0, within=1.0), "both or neither, allowed: one of them"),
     ],
 )  # fmt: skip
 def test_checks_of_what_is_not_there_are_refused(check: Callable[[Readings], None], message: str) -> None:

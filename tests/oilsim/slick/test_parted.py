@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Barriers, Boom
 from oilsim.slick.crossing import distance_to_barriers
-from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.slick import Slick
 from oilsim.slick.surface_flow import UniformFlow
 
@@ -26,24 +26,24 @@ def run(slick: Slick, begin: int, end: int, speed: float = 0.0) -> None:
         if speed:
             slick.move("boom", halves(speed * (second + 1 - begin)))
         slick.step(FLOW, float(second), 1.0)
-        assert abs(slick.account.residual) < 1e-12
+        assert abs(slick.oil.residual) < 1e-12
 
 
 def test_oil_held_at_a_joint_that_parts_is_lost_through_it(make_slick):
     """All is held in 100 s; then the halves go apart, and all that was before them goes through the opening and drifts on behind."""
     slick = make_slick([Boom(name="boom", nodes=LINE, draft=0.6)], volume=1.0, radius=3.0)
     run(slick, 0, 100)
-    assert slick.account.held == pytest.approx(1.0)
+    assert slick.oil.contained == pytest.approx(1.0)
     slick.part("boom", 5)
     run(slick, 100, 400, 0.2)
-    account = slick.account
-    assert account.held < 0.05
-    assert account.passed["through"] == pytest.approx(account.lost_by_cause["through"])
-    assert account.passed["through"] > 0.9
-    assert account.passed["around_ends"] == 0.0
+    oil = slick.oil
+    assert oil.contained < 0.05
+    assert slick.losses.passed["through"] == pytest.approx(oil.lost["through"])
+    assert slick.losses.passed["through"] > 0.9
+    assert slick.losses.passed["around_ends"] == 0.0
     lost = slick.parcels.cause == LossCause.THROUGH
     assert slick.parcels.position[lost, 0].min() > 14.9
-    assert slick.losses.gone[LossCause.THROUGH][[4, 5]].sum() == pytest.approx(account.passed["through"])
+    assert slick.losses.gone[LossCause.THROUGH][[4, 5]].sum() == pytest.approx(slick.losses.passed["through"])
 
 
 def test_oil_that_floats_through_an_opening_is_lost_and_counted_once(make_slick):
@@ -53,10 +53,10 @@ def test_oil_that_floats_through_an_opening_is_lost_and_counted_once(make_slick)
     slick.move("boom", halves(44.0))
     slick.barriers.settle()
     run(slick, 0, 120)
-    assert slick.account.passed["through"] == pytest.approx(1.0)
+    assert slick.losses.passed["through"] == pytest.approx(1.0)
     for second in range(120, 400):  # back and through again
         slick.step(UniformFlow((-0.3 if second < 260 else 0.3, 0.0)), float(second), 1.0)
-    assert slick.account.passed["through"] == pytest.approx(1.0)
+    assert slick.losses.passed["through"] == pytest.approx(1.0)
 
 
 def test_halves_pass_each_other(make_slick):
@@ -68,7 +68,7 @@ def test_halves_pass_each_other(make_slick):
     assert np.allclose(slick.barriers.lengths(), 4.0)
     assert slick.barriers.following.tolist() == [1, 2, 3, 4, -1, 6, 7, 8, 9, -1]
     assert slick.barriers.preceding.tolist() == [-1, 0, 1, 2, 3, -1, 5, 6, 7, 8]
-    assert slick.account.held > 0.9
+    assert slick.oil.contained > 0.9
 
 
 def test_a_segment_that_gets_short_while_a_run_goes_on_still_holds_oil(make_slick):
@@ -78,7 +78,7 @@ def test_a_segment_that_gets_short_while_a_run_goes_on_still_holds_oil(make_slic
     for second in range(100):
         slick.move("boom", LINE + (folded - LINE) * (second + 1) / 100.0)
         slick.step(FLOW, float(second), 1.0)
-    assert slick.account.held == pytest.approx(1.0)
+    assert slick.oil.contained == pytest.approx(1.0)
     assert slick.parcels.position[:, 0].max() < 15.0
 
 
@@ -86,14 +86,14 @@ def test_a_segment_of_no_length_is_not_in_the_water(make_slick):
     """Oil goes by where it was, and what it held goes on before the next segment."""
     slick = make_slick([Boom(name="boom", nodes=LINE, draft=0.6)], volume=1.0, radius=3.0)
     run(slick, 0, 100)
-    held = slick.account.held
+    held = slick.oil.contained
     reeled = LINE.copy()
     reeled[:6] = LINE[5]
     slick.move("boom", reeled)
     slick.step(FLOW, 100.0, 1.0)
     assert slick.barriers.preceding[5] == -1
     assert set(slick.parcels.place.tolist()) <= set(range(5, 10)) | {-1}
-    assert slick.account.held + slick.account.lost == pytest.approx(held)
+    assert slick.oil.contained + slick.oil.all_lost == pytest.approx(held)
     assert distance_to_barriers(LINE[:1], slick.barriers)[0] == pytest.approx(20.0)
 
 

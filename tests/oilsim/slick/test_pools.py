@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom
-from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.pooling.pool_profile import boom_thickness, head_thickness, reduced_gravity, thickening
 from oilsim.slick.surface_flow import UniformFlow
@@ -43,16 +43,16 @@ def run(slick, flow, seconds, step=0.5, begin=0.0, loss_rate=None):
     extra = () if loss_rate is None else (loss_rate,)
     for k in range(round(seconds / step)):
         slick.step(flow, begin + k * step, step, *extra)
-        assert abs(slick.account.residual) < 1e-12
+        assert abs(slick.oil.residual) < 1e-12
     return slick
 
 
 def test_boom_across_the_flow_holds_all_oil_in_the_profile(make_slick):
     """The pool's thickness integrates to its volume: parcels within x of the boom hold (h_b^3 - h(x)^3) / (1.5 K) per metre of front."""
     slick = run(make_slick(walled_boom(), radius=8.0), UniformFlow((0.3, 0.0)), 300.0)
-    account, pools, parcels = slick.account, slick.pools, slick.parcels
-    assert account.held > 1.8
-    assert account.held + account.afloat == pytest.approx(
+    oil, pools, parcels = slick.oil, slick.pools, slick.parcels
+    assert oil.contained > 1.8
+    assert oil.contained + oil.afloat == pytest.approx(
         2.0, abs=1e-12
     )  # some floats beside the walls, which press nothing
     assert (parcels.position[:, 0] < 15.0).all()
@@ -84,9 +84,9 @@ def test_pools_level_along_a_straight_boom(make_slick):
 def test_boom_lets_go_when_the_water_turns(make_slick):
     slick = run(make_slick(walled_boom(), radius=8.0), Tide(0.3, 200.0), 300.0)
     parcels = slick.parcels
-    assert slick.account.held == 0.0
-    assert slick.account.afloat == pytest.approx(2.0, abs=1e-12)
-    assert slick.account.passed["around_ends"] == 0.0
+    assert slick.oil.contained == 0.0
+    assert slick.oil.afloat == pytest.approx(2.0, abs=1e-12)
+    assert slick.losses.passed["around_ends"] == 0.0
     assert (parcels.position[:, 0] < 15.0).all()
 
 
@@ -99,11 +99,11 @@ def test_oil_that_a_boom_takes_back_has_not_passed_it_and_oil_that_another_takes
     for booms in ([first], [first, second]):
         slick = run(make_slick(booms, radius=3.0, center=(0.0, 0.0), diffusivity=0.2), UniformFlow((0.4, 0.0)), 200.0)
         losses, parcels, rows = slick.losses, slick.parcels, slick.barriers.rows("first")
-        assert losses.taken_back[rows].sum() > 0.05
+        assert losses.recontained[rows].sum() > 0.05
         caught.append(losses.gone[:, rows].sum() - parcels.volume[parcels.loser == 0].sum())
     alone, behind_it = caught
     assert alone == pytest.approx(0.0, abs=1e-9)
-    assert 0.1 < behind_it <= losses.gone[:, slick.barriers.rows("second")].sum() + slick.account.held
+    assert 0.1 < behind_it <= losses.gone[:, slick.barriers.rows("second")].sum() + slick.oil.contained
 
 
 def test_a_boom_holds_its_oil_while_waves_carry_it_to_and_fro(make_slick):
@@ -113,7 +113,7 @@ def test_a_boom_holds_its_oil_while_waves_carry_it_to_and_fro(make_slick):
     held, backwards = [], 0
     for k in range(60):
         run(slick, flow, 0.25, step=0.25, begin=225.0 + 0.25 * k)
-        held.append(slick.account.held)
+        held.append(slick.oil.contained)
         middle = {
             name: getattr(slick.pools, name)[2:22:2]
             for name in ("normal_speed", "volume", "length", "volume_per_front")
@@ -126,7 +126,7 @@ def test_a_boom_holds_its_oil_while_waves_carry_it_to_and_fro(make_slick):
     assert min(held) > 1.95
     assert max(held) - min(held) < 0.03  # a parcel or two that slide on to a wall, which nothing presses
     run(slick, flow, 12.0, step=0.25, begin=240.0)
-    assert slick.account.held < 0.02  # what touches the boom within a wave
+    assert slick.oil.contained < 0.02  # what touches the boom within a wave
 
 
 def test_slack_water_is_restored(make_slick):
@@ -134,11 +134,11 @@ def test_slack_water_is_restored(make_slick):
     flow = Tide(0.3, 200.0)
     slick, other = run(make_slick(walled_boom(), radius=8.0), flow, 203.5), make_slick(walled_boom(), seed=3)
     other.restore_state(slick.save_state())
-    assert slick.account.held > 1.5
+    assert slick.oil.contained > 1.5
     steps = []
     for one in (slick, other):
         steps.append(0)
-        while one.account.held > 0.0:
+        while one.oil.contained > 0.0:
             run(one, flow, 0.5, begin=203.5 + 0.5 * steps[-1])
             steps[-1] += 1
     assert steps == [5, 5]
@@ -153,11 +153,11 @@ def test_oil_slides_along_a_boom_at_an_angle_and_leaves_at_its_free_end(make_sli
         UniformFlow((0.4, 0.0)),
         120.0,
     )
-    account, parcels = slick.account, slick.parcels
-    assert account.lost > 1.0
-    assert account.lost_by_cause["around_ends"] == pytest.approx(account.lost, rel=1e-12)
-    assert account.passed["around_ends"] == pytest.approx(
-        account.lost, rel=1e-12
+    oil, parcels = slick.oil, slick.parcels
+    assert oil.all_lost > 1.0
+    assert oil.lost["around_ends"] == pytest.approx(oil.all_lost, rel=1e-12)
+    assert slick.losses.passed["around_ends"] == pytest.approx(
+        oil.all_lost, rel=1e-12
     )  # some spreads back, and is caught again
     lost = parcels.position[parcels.state == ParcelState.LOST]
     assert (lost[:, 0] > line[-1, 0]).mean() > 0.9
@@ -179,7 +179,7 @@ def test_pools_of_legs_askew_to_the_flow_lie_beside_their_segments(make_slick):
         start, way = line[place], (line[1:] - line[:-1])[place]
         along = ((position - start) * way).sum(1) / (way**2).sum(1)
         assert (np.abs(along - 0.5) < 0.5 + 1e-9).all()
-    assert slick.account.held > 1.5
+    assert slick.oil.contained > 1.5
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -204,8 +204,8 @@ def test_nothing_leaks_out_of_a_ring_that_is_towed_turned_and_bent(make_slick, s
         cross = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
         winding += np.arctan2(cross, (one * other).sum(axis=1))
     assert np.allclose(winding, 2.0 * np.pi, atol=1e-6)
-    assert slick.account.lost == 0.0
-    assert slick.account.held > 0.1
+    assert slick.oil.all_lost == 0.0
+    assert slick.oil.contained > 0.1
 
 
 def test_losses_keep_their_cause_and_appear_behind(make_slick):
@@ -219,10 +219,10 @@ def test_losses_keep_their_cause_and_appear_behind(make_slick):
     pools = 10
     run(slick, UniformFlow((0.3, 0.0)), 100.0, begin=200.0, loss_rate=loss_rate)
     assert (slick.pools.volume[2:22].reshape(-1, 2).max(axis=1) > 0.1).all()
-    passed = slick.account.passed
+    passed = slick.losses.passed
     for cause, rate in (("entrainment", 2e-4), ("drainage", 1e-4)):
         assert rate * 100.0 * pools - 0.003 * pools <= passed[cause] <= rate * 100.0 * pools + 0.001 * pools
-        assert slick.account.lost_by_cause[cause] == pytest.approx(passed[cause], rel=1e-12)
+        assert slick.oil.lost[cause] == pytest.approx(passed[cause], rel=1e-12)
     parcels = slick.parcels
     lost = parcels.state == ParcelState.LOST
     assert ((parcels.position[lost, 0] >= 15.0) | (np.abs(parcels.position[lost, 1]) >= 10.0)).all()
@@ -237,9 +237,9 @@ def test_a_pool_never_loses_more_than_it_holds(make_slick):
         300.0,
         loss_rate=lambda pools: {LossCause.SUBMERGENCE: np.full(len(pools.volume), 50.0)},
     )
-    assert slick.account.held == 0.0
-    assert slick.account.lost_by_cause["submergence"] > 1.8
-    assert slick.account.lost + slick.account.afloat == pytest.approx(2.0, abs=1e-12)
+    assert slick.oil.contained == 0.0
+    assert slick.oil.lost["submergence"] > 1.8
+    assert slick.oil.all_lost + slick.oil.afloat == pytest.approx(2.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("share", [1.0, 0.7, 0.99])
@@ -252,8 +252,8 @@ def test_the_last_oil_of_a_pool_goes_whatever_the_number_of_causes(make_slick, s
 
     slick = make_slick(walled_boom(), volume=0.001, count=1, center=(12.0, 1.0), radius=0.1)
     run(slick, UniformFlow((0.3, 0.0)), 60.0, loss_rate=loss_rate)
-    assert slick.account.held == 0.0
-    assert slick.account.lost_by_cause["drainage"] == pytest.approx(0.001, rel=1e-12)
+    assert slick.oil.contained == 0.0
+    assert slick.oil.lost["drainage"] == pytest.approx(0.001, rel=1e-12)
 
 
 def test_debts_of_many_pools_go_to_the_nearest_that_holds_enough(make_slick):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.path import Path
 
+from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom, Immersion, Outline
-from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import COLUMNS, ParcelState
@@ -61,7 +61,7 @@ def advance(slick: Slick, first: int, last: int) -> None:
 def equal(one: Slick, other: Slick) -> bool:
     """Whether all columns of two slicks, and their accounts, are equal bit for bit."""
     same = all(np.array_equal(getattr(one.parcels, name), getattr(other.parcels, name)) for name in COLUMNS)
-    return same and one.account == other.account and np.array_equal(one.losses.owed, other.losses.owed)
+    return same and one.oil == other.oil and np.array_equal(one.losses.owed, other.losses.owed)
 
 
 def test_accounts_close_at_every_step():
@@ -69,13 +69,12 @@ def test_accounts_close_at_every_step():
     slick = scene()
     for step in range(320):
         advance(slick, step, step + 1)
-        account = slick.account
-        assert abs(account.residual) < 4e-13 * account.released
-        assert sum(account.lost_by_cause.values()) == pytest.approx(account.lost, abs=1e-13)
+        oil = slick.oil
+        assert abs(oil.residual) < 4e-13 * oil.spilled
         assert (slick.parcels.volume > 0.0).all()
-    assert account.released == pytest.approx(2.3, abs=1e-12)
-    assert min(account.afloat, account.held, account.lost, account.stranded, account.recovered) > 0.01
-    assert min(account.passed["entrainment"], account.passed["drainage"]) > 0.01
+    assert oil.spilled == pytest.approx(2.3, abs=1e-12)
+    assert min(oil.afloat, oil.contained, oil.all_lost, oil.stranded, oil.recovered) > 0.01
+    assert min(slick.losses.passed["entrainment"], slick.losses.passed["drainage"]) > 0.01
 
 
 def test_restored_state_repeats_bit_for_bit():
@@ -162,16 +161,16 @@ def test_parcels_stay_few():
     slick = scene(most_parcels=300)
     advance(slick, 0, 120)
     assert len(slick.parcels) <= 300
-    assert abs(slick.account.residual) < 1e-12
+    assert abs(slick.oil.residual) < 1e-12
 
 
 def test_recovery_takes_what_is_asked_for_and_no_more(make_slick):
     slick = make_slick()
     assert slick.recover((0.0, 0.0), 4.0, 0.0015) == pytest.approx(0.0015, rel=1e-12)
     rest = slick.recover((0.0, 0.0), 4.0, 100.0)
-    assert slick.account.recovered == pytest.approx(0.0015 + rest, rel=1e-12)
+    assert slick.oil.recovered == pytest.approx(0.0015 + rest, rel=1e-12)
     assert slick.recover((0.0, 0.0), 4.0, 100.0) == 0.0
-    assert abs(slick.account.residual) < 1e-12
+    assert abs(slick.oil.residual) < 1e-12
     with pytest.raises(ValueError, match="radius is -1, allowed: 0 or more"):
         slick.recover((0.0, 0.0), -1, 1.0)
 
@@ -183,7 +182,7 @@ def test_oil_that_is_recovered_does_not_make_others_merge(make_slick):
         assert slick.recover((0.0, 0.0), 30.0, 1e-5) > 0.0
         slick.step(UniformFlow(), float(step), 1.0)
     assert slick.parcels.there().sum() == 500
-    assert slick.account.recovered == pytest.approx(0.003, rel=1e-12)
+    assert slick.oil.recovered == pytest.approx(0.003, rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ def test_volume_is_rate_times_time_until_it_is_empty(volume, until, expected):
     slick = Slick(SlickSettings(loss_volume=0.001))
     source = SpillSource("leak", OIL, (1.0, 2.0), 0.1, 0.02, start=3.05, volume=volume)
     poured(source, slick, 0.0, until, step=0.05)
-    assert slick.account.released + source.save_state()["owed"] == pytest.approx(expected, rel=1e-12)
+    assert slick.oil.spilled + source.save_state()["owed"] == pytest.approx(expected, rel=1e-12)
     assert len(slick.parcels) in (expected // 0.02, expected // 0.02 + 1)
     assert np.abs(slick.parcels.position - (1.0, 2.0)).max() < 3.0
 
@@ -54,7 +54,7 @@ def test_oil_poured_on_land_runs_down_to_the_nearest_water(shore, where, nearest
     """Whichever way round the outline is given, and whether the disc lies in it as a whole or in part."""
     slick = Slick(SlickSettings(loss_volume=0.001, seed=2), [Outline(name="shore", nodes=shore, capacity=1.0)])
     poured(SpillSource("leak", OIL, where, 0.1, 0.0001), slick, 0.0, 9.0)
-    assert slick.account.released == pytest.approx(0.0009)
+    assert slick.oil.spilled == pytest.approx(0.0009)
     assert not slick.barriers.encloses(slick.parcels.position).any()
     assert np.abs(slick.parcels.position - nearest).max() < 0.1
     with pytest.raises(ValueError, match="reaches into an outline, allowed: water"):

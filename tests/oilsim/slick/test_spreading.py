@@ -53,7 +53,7 @@ def test_parcels_follow_the_law(regime):
     slick = spread_slick(law, start, end, 150, volume, density, tension)
     assert radius_of(slick) == pytest.approx(law(end), rel=0.02)
     assert law(end) > 1.5 * law(start)
-    assert abs(slick.account.residual) < 1e-14 * volume * len(slick.parcels)
+    assert abs(slick.oil.residual) < 1e-14 * volume * len(slick.parcels)
     assert np.allclose(slick.parcels.position.mean(axis=0), (300.0, -70.0), atol=0.01 * law(end))
     others = [other[0](end) for name, other in CASES.items() if name != regime]
     assert all(abs(radius_of(slick) / other - 1.0) > 0.1 for other in others)

@@ -17,14 +17,14 @@ def drift(slick, seconds, move=None, velocity=(0.5, 0.0)):
         if move is not None:
             move(step + 1.0)
         slick.step(UniformFlow(velocity), float(step), 1.0)
-        assert abs(slick.account.residual) < 1e-12
+        assert abs(slick.oil.residual) < 1e-12
         assert not slick.barriers.encloses(slick.parcels.position[slick.parcels.state != ParcelState.STRANDED]).any()
 
 
 def test_all_oil_strands_where_there_is_room(make_slick):
     slick = make_slick([Outline(name="shore", nodes=SHORE, capacity=1.0)])
     drift(slick, 120.0)
-    assert slick.account.stranded == pytest.approx(2.0, abs=1e-12)
+    assert slick.oil.stranded == pytest.approx(2.0, abs=1e-12)
     assert np.allclose(slick.parcels.position[:, 0], 20.0)
 
 
@@ -32,8 +32,8 @@ def test_full_shore_lets_the_rest_float(make_slick):
     """1 litre a metre on 400 m is 0.4 m3, to round-off, and the rest lies beside the shore."""
     slick = make_slick([Outline(name="shore", nodes=SHORE, capacity=0.001)])
     drift(slick, 200.0)
-    assert slick.account.stranded == pytest.approx(0.4, rel=1e-12)
-    assert slick.account.afloat == pytest.approx(1.6, rel=1e-12)
+    assert slick.oil.stranded == pytest.approx(0.4, rel=1e-12)
+    assert slick.oil.afloat == pytest.approx(1.6, rel=1e-12)
     afloat = slick.parcels.position[slick.parcels.state == ParcelState.AFLOAT]
     assert (afloat[:, 0] < 20.0).all()
     assert np.median(afloat[:, 0]) > 19.9
@@ -45,7 +45,7 @@ def test_hull_carries_what_sticks_to_it(make_slick):
     slick = make_slick([Outline(name="hull", nodes=hull, capacity=0.004)])
     drift(slick, 60.0, lambda time: slick.move("hull", hull + np.array([3.0 * time, 0.0])), (0.0, 0.0))
     stuck = slick.parcels.state == ParcelState.STRANDED
-    assert 0.03 < slick.account.stranded <= 0.004 * 72.0
+    assert 0.03 < slick.oil.stranded <= 0.004 * 72.0
     place = slick.parcels.position[stuck] - (180.0, 0.0)
     before = place.copy()
     slick.move("hull", hull + np.array([183.0, 1.0]))
@@ -65,10 +65,10 @@ def test_oil_that_slides_along_a_boom_to_a_waterline_strands_there_and_the_rest_
     boom = Boom(name="boom", nodes=line[::-1] if turned else line, draft=0.5)
     slick = make_slick([Outline(name="shore", nodes=shore, capacity=0.02), boom], radius=5.0)
     drift(slick, 240.0, lambda time: slick.move("shore", shore - (0.0, falls * time)), (0.3, 0.0))
-    account = slick.account
-    assert account.passed["around_ends"] == 0.0
-    assert account.stranded == pytest.approx(0.8, rel=1e-9)
-    assert account.held > 1.1
+    oil = slick.oil
+    assert slick.losses.passed["around_ends"] == 0.0
+    assert oil.stranded == pytest.approx(0.8, rel=1e-9)
+    assert oil.contained > 1.1
     held = slick.parcels.position[slick.parcels.state == ParcelState.HELD]
     assert 19.0 < held[:, 1].max() + 240.0 * falls < 20.0
 

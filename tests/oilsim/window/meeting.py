@@ -67,9 +67,9 @@ class Meeting:
         return int((self.slick.parcels.state == state).sum())
 
     def require_exact(self) -> None:
-        account = self.slick.account
-        assert abs(account.residual) < 1e-12
+        oil = self.slick.oil
+        assert abs(oil.residual) < 1e-12
         assert self.oil_particles == self.in_state(ParcelState.RESOLVED)
-        assert account.resolved == pytest.approx(self.oil_particles * PARTICLE, rel=1e-9)
-        assert self.exchange.taken - self.exchange.given == pytest.approx(account.resolved, abs=1e-9)
+        assert oil.resolved == pytest.approx(self.oil_particles * PARTICLE, rel=1e-9)
+        assert self.exchange.taken - self.exchange.given == pytest.approx(oil.resolved, abs=1e-9)
         assert self.window.fluid.particle_count == 24 * 24 * 4

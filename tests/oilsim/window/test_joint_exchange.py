@@ -53,9 +53,9 @@ def test_oil_goes_from_one_window_to_the_other_and_keeps_its_volume(windows: lis
             window.fluid.advance(STEP)
         participant.do_step(time, STEP)
         counts.append([len(window.fluid.phase_ids("crude")) for window in windows])
-        assert abs(slick.account.residual) < 1e-12
+        assert abs(slick.oil.residual) < 1e-12
         volume = sum(n * spacing**3 for n, spacing in zip(counts[-1], SPACINGS, strict=True))
-        assert slick.account.resolved == pytest.approx(volume, rel=1e-9)
+        assert slick.oil.resolved == pytest.approx(volume, rel=1e-9)
         rows, _ = exchange.places(slick.parcels, time)
         assert sorted(rows) == list(np.flatnonzero(slick.parcels.state == ParcelState.RESOLVED))
     first, second = np.array(counts).T
@@ -65,4 +65,4 @@ def test_oil_goes_from_one_window_to_the_other_and_keeps_its_volume(windows: lis
     ids = [window.fluid.particles.id for window in windows]
     assert not np.intersect1d(*ids).size
     taken = sum(one.taken - one.given for one in exchange.exchanges)
-    assert taken == pytest.approx(slick.account.resolved, abs=1e-9)
+    assert taken == pytest.approx(slick.oil.resolved, abs=1e-9)

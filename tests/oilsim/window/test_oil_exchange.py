@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from oilsim.oil.fates import LossCause
 from oilsim.sea import CurrentProfile, RegularWaves, SteadyFlow
 from oilsim.slick.barriers import Boom, Immersion
-from oilsim.slick.loss_cause import LossCause
 from oilsim.slick.parcels import ParcelState
 from oilsim.window.oil_exchange import BESIDE, OilExchange
 from oilsim.window.resolved_parcels import CoarseSkirts, follow_particles
@@ -54,6 +54,18 @@ def test_a_slick_thinner_than_a_particle_stays_parcels_and_is_carried_along(meet
     assert abs(moved[1]) < 0.01
 
 
+@pytest.mark.parametrize(("spacings", "becomes"), [(0.55, False), (0.95, False), (1.0, True), (1.5, True)])
+def test_oil_becomes_particles_where_it_is_as_thick_as_a_particle_is_wide(
+    meet: Callable[..., Meeting], spacings: float, becomes: bool
+) -> None:
+    case = meet()
+    case.slick.release(OIL, 0.6, count=200, center=(0.0, 0.0), radius=0.5)
+    case.slick.parcels.thickness[:] = spacings * SPACING
+    case.exchange.exchange(case.slick, case.time)
+    assert (case.oil_particles > 0) == becomes
+    case.require_exact()
+
+
 NODES = [[-2.0, -1.4], [0.0, -1.4], [0.0, 0.0], [0.0, 1.4], [-2.0, 1.4]]
 STREAM = CurrentProfile(flow=SteadyFlow(speed=CURRENT))
 
@@ -70,13 +82,13 @@ def test_a_coarse_skirt_holds_back_what_drains_under_it_while_it_stands(
     for _ in range(25):
         case.step()
         case.require_exact()
-    losses, account = case.slick.losses, case.slick.account
+    losses, oil = case.slick.losses, case.slick.oil
     drained = losses.gone[LossCause.DRAINAGE].sum()
     np.testing.assert_array_equal(losses.carried, losses.gone)  # no closure acts here
     if holds:
         assert drained == 0.0
         assert losses.held_back.sum() > 0.05
-        assert account.lost == 0.0
+        assert oil.all_lost == 0.0
         assert case.slick.parcels.position[:, 0].max() < 0.3, (
             "all of it lies before the line, or is a particle on its way back"
         )
@@ -92,14 +104,14 @@ def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: Callable[..., Mee
     for _ in range(25):
         case.step()
         case.require_exact()
-        account = case.slick.account
-        assert account.held == pytest.approx(case.slick.pools.volume.sum()), (
+        oil = case.slick.oil
+        assert oil.contained == pytest.approx(case.slick.pools.volume.sum()), (
             "what has just become particles is held, too"
         )
     assert case.exchange.taken > 0.1
-    passed = sum(account.passed[cause] for cause in ("drainage", "through", "splash_over"))
+    passed = sum(case.slick.losses.passed[cause] for cause in ("drainage", "through", "splash_over"))
     assert passed > 0.05
-    assert account.lost > 0.0
+    assert oil.all_lost > 0.0
 
 
 def test_particles_that_pass_where_a_boom_has_parted_are_lost_through_the_joint(meet: Callable[..., Meeting]) -> None:
@@ -220,4 +232,4 @@ def test_oil_that_splashes_out_of_the_window_is_a_parcel_again(meet: Callable[..
     case.exchange.exchange(case.slick, case.time)
     assert case.oil_particles == case.in_state(ParcelState.RESOLVED) > 0
     assert fluid.particle_count == 24 * 24 * 4 - 1
-    assert abs(case.slick.account.residual) < 1e-12
+    assert abs(case.slick.oil.residual) < 1e-12

@@ -76,7 +76,7 @@ def test_thickness_is_continuous_across_the_rim(meet: Callable[..., Meeting]) ->
     for jump in jumps:
         assert jump[0] / jump[1] == pytest.approx(1.0, abs=0.5 * SPACING / LONG)
     assert case.oil_particles == 0
-    gone = case.slick.parcels.volume @ case.slick.parcels.position[:, 0] / case.slick.account.released
+    gone = case.slick.parcels.volume @ case.slick.parcels.position[:, 0] / case.slick.oil.spilled
     without = alone.slick.parcels.volume @ alone.slick.parcels.position[:, 0] / 1.36
     assert gone == pytest.approx(without, abs=0.5 * SPACING), "it is where it would be without a window"
 

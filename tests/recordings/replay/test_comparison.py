@@ -66,7 +66,7 @@ def test_scores_take_the_last_the_mean_the_largest_and_the_smallest_in_a_readers
     made_up: ModuleType, tmp_path: Path
 ) -> None:
     series = {
-        "main/oil_retained": [0.3, 0.1, 0.2],  # m3
+        "main/oil_contained": [0.3, 0.1, 0.2],  # m3
         "main/normal_speed_held": [0.1, 0.5144, 0.3],  # m/s
         "main/skirt_angle": [0.1, 0.5, 0.2],  # rad
         "main/effective_draft": [0.5, 0.3, 0.4],
@@ -96,7 +96,7 @@ def test_causes_are_named_with_their_boom_and_those_of_nothing_left_out(pair: tu
 
 
 def test_each_score_says_its_boom_and_its_unit(made_up: ModuleType, tmp_path: Path) -> None:
-    held = {"a/oil_retained": 0.138, "b/oil_retained": 0.0, "b/tow_tension/tug-1": 5.0}
+    held = {"a/oil_contained": 0.138, "b/oil_contained": 0.0, "b/tow_tension/tug-1": 5.0}
     probes = {"probes/ball/roll_deg": 30.0, "probes/ball/x": 1.0, "probes/ball/force_x": 2.0, "probes/gauge": 3.0}
     path = tmp_path / "two.rrd"
     with Recorder(path, frame_rate=1.0) as recorder:

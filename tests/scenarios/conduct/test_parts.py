@@ -11,12 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oilsim.oil.fates import Fate
 from scenarios.conduct.access import MOST_FAILURES, Access, Role
 from scenarios.conduct.commands import LONGEST, read_command, read_message
 from scenarios.conduct.console_feed import LatestSender
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
 from scenarios.conduct.server import other_origin, policy
-from scenarios.conduct.snapshot import LOST, MOST_SPOTS, spots_of_particles
+from scenarios.conduct.snapshot import MOST_SPOTS, spots_of_particles
 from scenarios.problems import ScenarioError
 
 JSON = st.recursive(
@@ -146,7 +147,7 @@ def test_what_a_run_does_not_share_with_the_one_before_is_forgotten() -> None:
 
 def test_spots_of_particles_have_their_volume() -> None:
     places = np.random.default_rng(1).uniform(-50.0, 50.0, (60_000, 2))
-    spots = spots_of_particles(places, 1e-3, 0.2, LOST)
+    spots = spots_of_particles(places, 1e-3, 0.2, Fate.LOST)
     assert len(spots) <= MOST_SPOTS
     assert (np.pi * spots[:, 2] ** 2 * spots[:, 3]).sum() == pytest.approx(60.0, rel=1e-4)
-    assert (spots[:, 4] == LOST).all()
+    assert (spots[:, 4] == Fate.LOST).all()

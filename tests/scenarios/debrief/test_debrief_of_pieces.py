@@ -40,7 +40,7 @@ def test_all_pieces_are_joined_at_their_branches(folder: Path) -> None:
     assert joined.missing == ""
     for series in joined.scalars.values():
         assert (np.diff(series.index) > 0).all()
-    held = joined.scalars["oil_retained"]
+    held = joined.scalars["oil_contained"]
     assert held.time == pytest.approx(np.arange(9) * 0.02)
     parts = [Replay(folder / f"{name}.rrd") for name in ("first", "second", "third")]
     speeds = [part.scalars["tow_speed"] for part in parts]
@@ -106,7 +106,7 @@ def test_a_piece_that_is_gone_or_another_run_by_now_is_told(
     assert joined.missing == "second.rrd does not exist"
     assert main(["report", str(alone), "--csv", str(tmp_path / "tables")]) == 0
     assert "third.rrd does not begin at the start of its run: second.rrd does not exist" in capsys.readouterr().err
-    assert joined.scalars["oil_retained"].index.tolist() == Replay(alone).scalars["oil_retained"].index.tolist()
+    assert joined.scalars["oil_contained"].index.tolist() == Replay(alone).scalars["oil_contained"].index.tolist()
     assert main(["run", "still-column", "--set", "fluid.particle_spacing=0.1", "--until", "0.04", "--threads", "1",
                  "--record", str(tmp_path / "second.rrd")]) == 0  # fmt: skip
     assert JoinedReplay(alone).missing == "second.rrd holds another run by now"

@@ -95,6 +95,26 @@ def own_run(folder: Path) -> dict[str, float]:
     return result
 
 
+def test_a_step_that_is_taken_back_leaves_no_oil_in_the_ledger(folder: Path) -> None:
+    """After three steps and back, and the same three again, all rows of the oil ledger are those of the first time."""
+    exercise = ExerciseParticipant("tow", load_scenario(folder / "tow.toml").scenario)
+    exercise.enter_initialization_mode(0.0)
+    exercise.exit_initialization_mode()
+    rows = [name for name in exercise.variables if name.startswith(("oil.", "booms.")) and ".oil_" in f".{name}"]
+    assert "oil.spilled" in exercise.variables and len(rows) > 20
+    exercise.do_step(0.0, STEP)
+    saved, found = exercise.save_state(), []
+    for _ in range(2):
+        before = {name: float(exercise.get(name)[0]) for name in exercise.variables if name.startswith("oil.")}
+        for k in range(1, 4):
+            assert exercise.do_step(k * STEP, STEP).status is Status.OK
+        found.append((before, {name: float(exercise.get(name)[0]) for name in [*rows, "oil.spilled", "oil.contained"]}))
+        exercise.restore_state(saved)
+    exercise.terminate()
+    assert found[0] == found[1]
+    assert found[0][1]["oil.spilled"] > 0.0
+
+
 def drive(fmu: FmuParticipant, begin: int = 0, end: int = STEPS) -> None:
     for k in range(begin, end):
         if k == ORDERED:

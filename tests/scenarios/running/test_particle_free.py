@@ -160,9 +160,9 @@ def test_pipes_of_oil_become_parcels_also_by_order():
     simulation = assembly.co_simulation()
     simulation.initialize()
     slick = assembly.slick.slick
-    begun = slick.account.released
+    begun = slick.oil.spilled
     simulation.run(2.0)
-    assert slick.account.released - begun == pytest.approx(0.04, abs=0.021)
+    assert slick.oil.spilled - begun == pytest.approx(0.04, abs=0.021)
     ordered = load_scenario(
         "u-sweep",
         overrides=[
@@ -174,7 +174,7 @@ def test_pipes_of_oil_become_parcels_also_by_order():
     ).scenario
     give_orders(assembly, ordered)
     simulation.run(4.0)
-    assert slick.account.released - begun == pytest.approx(0.08 + 0.02, abs=0.031)
+    assert slick.oil.spilled - begun == pytest.approx(0.08 + 0.02, abs=0.031)
     wet = load_scenario(
         "u-sweep", overrides=[BARE, leak.format("first", "oil", speed), leak.format("wet", "water", 0.1)]
     ).scenario

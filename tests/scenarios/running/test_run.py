@@ -100,14 +100,16 @@ def test_shipped_scenario_runs(name: str) -> None:
     assert result["steps"] == 3
     assert set(result["particles"]) == {*scenario.phases, "boundary"}
     assert set(result["oil_m3"]) == {
-        "released",
+        "spilled",
         "afloat",
-        "retained",
-        "free",
+        "contained",
         "lost",
         "lost_modelled",
+        "recontained",
         "recovered",
-        "ashore",
+        "stranded",
+        "evaporated",
+        "left_the_domain",
         "resolved",
     }
     assert set(result["step_ms"]) == {"median", "p95", "max"}

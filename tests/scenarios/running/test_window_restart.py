@@ -34,7 +34,7 @@ def test_a_run_with_a_window_goes_on_and_is_verified_bit_for_bit(tmp_path: Path)
     summary = tmp_path / "whole.json"
     assert main(["run", "u-sweep", *settings, "--record", whole, "--summary", str(summary)]) == 0
     oil = json.loads(summary.read_text())["oil_m3"]
-    assert 10 * 0.14**3 < oil["resolved"] < 0.9 * oil["released"], "some of the oil is particles, some parcels"
+    assert 10 * 0.14**3 < oil["resolved"] < 0.9 * oil["spilled"], "some of the oil is particles, some parcels"
     assert main(["run", "--resume", whole, "--at", str(4 * STEP), "--record", second]) == 0
     assert main(["verify", whole]) == 0
     first, again = Replay(Path(whole)), Replay(Path(second))

@@ -22,8 +22,8 @@ def test_a_pocket_holds_oil_at_three_knots(
     run = scenario_run(load_scenario(SCENE, overrides=overrides).scenario)
     run.run(65.0)
     assert run.assembly.slick is not None
-    account = run.assembly.slick.slick.account
-    assert least <= account.held / account.released <= most
+    oil = run.assembly.slick.slick.oil
+    assert least <= oil.contained / oil.spilled <= most
 
 
 def test_particles_and_reels_that_cannot_be_are_refused_at_once() -> None:

@@ -38,7 +38,7 @@ def test_what_is_wound_on_the_reel_is_neither_scored_nor_in_the_way_of_oil() -> 
     barriers, series = slick.slick.barriers, score.series()
     assert barriers.is_there.tolist() == [False] * 10 + [True] * 2
     assert barriers.start[10].tolist() == [0.0, 0.0]
-    assert slick.slick.account.held == slick.slick.account.lost == 0.0
+    assert slick.slick.oil.contained == slick.slick.oil.all_lost == 0.0
     for name in ("normal_speed", "normal_speed_held"):
         assert 0.2 < series[f"metrics/{name}"] < 0.35
     assert series["metrics/gap_ratio"] < 0.97

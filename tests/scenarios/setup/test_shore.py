@@ -96,12 +96,12 @@ def test_oil_that_strands_stays_where_the_falling_water_leaves_it() -> None:
     )
     for step in range(30):
         slick.step(UniformFlow((0.0, 0.3)), float(step), 1.0)
-    assert slick.account.stranded == pytest.approx(0.05)
+    assert slick.oil.stranded == pytest.approx(0.05)
     stuck = slick.parcels.position.copy()
     slick.move("shore", BEACH.outline(-0.3))
     slick.step(UniformFlow((0.0, 0.3)), 30.0, 1.0)
     assert slick.parcels.position == pytest.approx(stuck)
-    assert slick.account.stranded == pytest.approx(0.05)
+    assert slick.oil.stranded == pytest.approx(0.05)
 
 
 def test_the_tubes_of_the_catalogue_weigh_what_they_displace() -> None:

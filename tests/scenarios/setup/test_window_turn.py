@@ -104,8 +104,8 @@ def test_the_box_follows_a_vessel_round_a_turn(tmp_path: Path) -> None:
         x, y, z, w = world.pose(TUG)[3:]
         headings.append(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
         counts.append([window.fluid.particle_count, len(window.fluid.phase_ids("oil"))])
-        assert abs(slick.account.residual) < 1e-12
-        assert slick.account.resolved == pytest.approx(counts[-1][1] * SPACING**3, rel=1e-9)
+        assert abs(slick.oil.residual) < 1e-12
+        assert slick.oil.resolved == pytest.approx(counts[-1][1] * SPACING**3, rel=1e-9)
         inward, velocity = window.rim.inward(window.fluid.particles.position.T), window.fluid.particles.velocity
         side, edge = inward < SPACING, np.abs(inward - RIM - 0.5 * SPACING) < 0.5 * SPACING
         left.append(root_mean_square(velocity[:, side]) / root_mean_square(velocity[:, edge]))

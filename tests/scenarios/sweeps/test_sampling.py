@@ -95,7 +95,7 @@ def outcomes() -> list[Outcome]:
             one,
             ended
             | {
-                "oil_m3": {"released": 1.0, "lost": float(one.values[SPEED.key]) ** 3},
+                "oil_m3": {"spilled": 1.0, "lost": float(one.values[SPEED.key]) ** 3},
                 "scores": {"main": {"gap": None}},
             },
         )
@@ -152,7 +152,7 @@ def test_a_loss_map_has_a_dot_for_each_sample_and_a_tile_for_each_pair(tmp_path:
     grid = variants("u-sweep", [parse_variation("tow.speed_kn=0.4,0.6"), parse_variation("run.seed=1,2")])
     ended = {"probes": {}, "scores": {}}
     tiles = [
-        Outcome(one, ended | {"oil_m3": {"released": 2.0, "lost": {"drainage": 0.5 * n}}}) for n, one in enumerate(grid)
+        Outcome(one, ended | {"oil_m3": {"spilled": 2.0, "lost": {"drainage": 0.5 * n}}}) for n, one in enumerate(grid)
     ]
     assert [lost_share(one) for one in tiles] == pytest.approx([0.0, 25.0, 50.0, 75.0])
     assert draw_loss_map(tiles, tmp_path / "tiles.png")
@@ -164,14 +164,14 @@ def test_a_loss_map_has_a_dot_for_each_sample_and_a_tile_for_each_pair(tmp_path:
 )
 def test_there_is_no_loss_map_without_two_numbers(tmp_path: Path, varied: list[str]) -> None:
     chosen = variants("u-sweep", [parse_variation(one) for one in varied])
-    found = [Outcome(one, {"oil_m3": {"released": 1.0, "lost": 0.5}, "scores": {}, "probes": {}}) for one in chosen]
+    found = [Outcome(one, {"oil_m3": {"spilled": 1.0, "lost": 0.5}, "scores": {}, "probes": {}}) for one in chosen]
     assert not draw_loss_map(found, tmp_path / "map.png")
     assert not (tmp_path / "map.png").exists()
 
 
 def test_oil_that_left_the_tank_is_not_lost_by_a_boom() -> None:
     (one,) = variants("u-sweep", [parse_variation("tow.speed_kn=0.4")])
-    oil = {"released": 2.0, "lost": {"left_the_tank": 1.0, "entrainment": 0.1}, "lost_modelled": {"entrainment": 0.1}}
+    oil = {"spilled": 2.0, "left_the_domain": 1.0, "lost": {"entrainment": 0.1}, "lost_modelled": {"entrainment": 0.1}}
     assert lost_share(Outcome(one, {"oil_m3": oil, "scores": {}, "probes": {}})) == pytest.approx(5.0)
 
 

@@ -81,7 +81,7 @@ def test_runs_stand_side_by_side_and_are_not_repeated(tmp_path: Path, capsys: py
     asked = [*TWO, "--to", str(tmp_path)]
     assert main(asked) == 0
     assert [row["fluid.maximum_time_step"] for row in rows(tmp_path)] == ["0.004", "0.005"]
-    assert all(row["ended"] == "completed" and float(row["oil_m3.released"]) > 0.0 for row in rows(tmp_path))
+    assert all(row["ended"] == "completed" and float(row["oil_m3.spilled"]) > 0.0 for row in rows(tmp_path))
     summaries = sorted(tmp_path.glob("*.json"))
     first, second = (path.read_bytes() for path in summaries)
     capsys.readouterr()
@@ -126,10 +126,10 @@ def test_only_figures_that_differ_are_shown() -> None:
     (variant,) = variants("u-sweep", [Variation(key="tow.speed_kn", values=("0.3",))])
     probes = {"gauge": {"time_s": [0.0, 1.0], "value": [0.1, 0.2]}}
     scores = {"main": {"gap_ratio": 0.3, "first_loss_speed_kn": None}}
-    first = Outcome(variant, {"oil_m3": {"released": 0.2}, "scores": scores, "probes": probes})
-    assert first.figures() == {"oil_m3.released": 0.2, "scores.main.gap_ratio": 0.3, "probes.gauge": 0.2}
+    first = Outcome(variant, {"oil_m3": {"spilled": 0.2}, "scores": scores, "probes": probes})
+    assert first.figures() == {"oil_m3.spilled": 0.2, "scores.main.gap_ratio": 0.3, "probes.gauge": 0.2}
     lost = {
-        "oil_m3.released": 0.2,
+        "oil_m3.spilled": 0.2,
         "scores.main.gap_ratio": 0.3,
         "probes.gauge": 0.3,
         "scores.main.first_loss_speed_kn": 0.6,

@@ -6,6 +6,7 @@ And what its signals read.
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.injects import Injects
 from scenarios.signals.score_signals import scores_of
-from scenarios.watch.boom_score import RESTED, Beside, BoomScore
+from scenarios.watch.boom_score import RESTED, BoomScore, Oil
 from tests.scenarios.test_boom_losses import pool
 
 STEP = 0.04
@@ -60,11 +61,9 @@ def test_the_scoring_ends_at_an_open_side_and_the_oil_goes_on() -> None:
         "has left the simulated sea through its open side +x: its scoring ends here"
     ]
     score = assembly.scoring.booms[0]
-    assert score.report is not None
-    assert score.report.time < 0.9
-    assert score.series() == {}
+    assert score.values and score.series() == {}
     saved = score.save_state()
-    assert saved["ended"]
+    assert saved["ended"] and saved["time"] < 0.9
     assert assembly.particle_counts()["oil"] > 0
 
 
@@ -72,8 +71,7 @@ def test_a_boom_sails_on_where_the_sea_repeats() -> None:
     assembly, told = sailed({}, 25)
     assert [text for text in told if text.startswith("sails past side +x of the sea, which repeats every 3 m")]
     score = assembly.scoring.booms[0]
-    assert score.report is not None
-    assert score.report.time == pytest.approx(1.0)
+    assert score.save_state()["time"] == pytest.approx(1.0)
     assert score.series()
 
 
@@ -86,10 +84,9 @@ def test_oil_in_a_boom_that_lies_across_a_periodic_side_is_inside() -> None:
     data["tow"]["speed"] = 0.2
     with ScenarioRun(scenario_from(data)) as run:
         run.run(5 * STEP)
-    report = run.assembly.scoring.booms[0].report
-    assert report is not None
-    assert report.inside == report.retained == pytest.approx(8 * 0.1**3)
-    assert report.lost == report.outside == 0.0
+    oil = run.assembly.scoring.booms[0].oil
+    assert oil.inside == oil.contained == pytest.approx(8 * 0.1**3)
+    assert oil.all_lost == oil.outside == 0.0
 
 
 class Watched:
@@ -104,9 +101,14 @@ class Watched:
     def at(self, time: float, oil: list[list[float]], speed: float = 0.3) -> None:
         """Go on to `time` [s] with oil at these places [m], in a current of `speed` [m/s]."""
         assert self.assembly.world is not None
-        particles = np.array(oil).reshape(-1, 3), np.arange(len(oil), dtype=np.uint32)
-        self.score.advance(time, self.assembly.world, particles, 0.6, np.array([-speed, 0.0, 0.0]), Beside())
+        particles = Oil(np.array(oil).reshape(-1, 3), np.arange(len(oil), dtype=np.uint32))
+        self.score.advance(time, self.assembly.world, particles, 0.6, np.array([-speed, 0.0, 0.0]))
         self.told += [(round(time, 6), notice.text) for notice in self.score.take_notices()]
+
+    def put_nothing_back(self) -> None:
+        """Take the closures away."""
+        self.score.closures = None
+        self.score.containment.options = replace(self.score.containment.options, grace=0.0)
 
     def times(self, text: str) -> list[float]:
         """Return the times [s] at which this was told."""
@@ -121,14 +123,14 @@ def test_a_first_resolved_loss_is_told_once_closures_have_left_it() -> None:
     watched, other = Watched(), Watched()
     watched.at(0.0, [HELD, HELD, HELD])
     watched.at(0.04, [UNDER, HELD, HELD])
-    report = watched.score.report
-    assert report is not None and not watched.score.tracker.standing().retained.all()
-    assert (report.lost, report.passed, report.retained) == (
+    report = watched.score.oil
+    assert not watched.score.containment.standing().retained.all()
+    assert (report.all_lost, report.passed, report.contained) == (
         0.0,
         0.0,
         pytest.approx(3.0 * 0.1**3),
     )  # until they have looked
-    watched.score.tracker.keep(0)  # as the closures do at their look
+    watched.score.containment.keep(0)  # as the closures do at their look
     for time in (0.08, 0.12, 0.16, 0.2):
         watched.at(time, [HELD, HELD, HELD])
     watched.at(0.24, [HELD, UNDER, HELD])
@@ -142,7 +144,7 @@ def test_a_first_resolved_loss_is_told_once_closures_have_left_it() -> None:
 
 def test_a_first_resolved_loss_is_told_at_once_where_nothing_is_put_back() -> None:
     watched = Watched()
-    watched.score.closures = None
+    watched.put_nothing_back()
     watched.at(0.0, [HELD, HELD])
     watched.at(0.04, [UNDER, HELD])
     assert watched.times("(resolved)") == [0.04]
@@ -192,7 +194,7 @@ FREE, ROUND = [3.0, 1.0, 0.5], [3.2, 1.0, 0.3]  # m: ahead of the boom, and ther
 def told_by_hand() -> tuple[dict[int, dict[str, float]], dict[int, set[str]]]:
     """Let a stream take 9 of 36 particles, at two speeds, of which 3 come back; its signals and the injects due at every second.
 
-    One is lost as the speed rises from 0.2 to 0.34 m/s, 8 as it rises from 0.4 to 0.6 m/s; 2 are taken back, one comes round the sea, 3
+    One is lost as the speed rises from 0.2 to 0.34 m/s, 8 as it rises from 0.4 to 0.6 m/s; 2 are re-contained, one comes round the sea, 3
     leave it from before the boom.
     """
     leaks = {"orders": ["booms.a.parted=[2]"]}
@@ -201,7 +203,7 @@ def told_by_hand() -> tuple[dict[int, dict[str, float]], dict[int, set[str]]]:
         for name, above in (("leaks", 0.3), ("never", 0.35))
     }
     watched = Watched(tank=pool()["tank"] | {"open": ["+z"], "periodic": ["x", "y"]}, injects=injects)
-    watched.score.closures = None  # nothing is put back
+    watched.put_nothing_back()
     scenario, parts = watched.assembly.scenario, watched.assembly.parts
     asked, signals, due = Injects(scenario, parts), {}, {}
     oil = [FREE] * 4 + [HELD] * 36
@@ -228,11 +230,11 @@ def test_the_signals_of_a_boom_read_its_losses_and_their_speeds() -> None:
     one = 0.1**3
     last = {name.removeprefix("booms.a."): value for name, value in signals[14].items()}
     for name, count in {
-        "lost": 6, "passed": 7, "recovered": 2, "removed": 3, "free": 4, "retained": 36 - 6 - 3, "inside": 36 - 6 - 3,
+        "lost": 6, "passed": 7, "recontained": 2, "afloat": 4, "contained": 36 - 6 - 3, "met": 36, "inside": 36 - 6 - 3,
         "outside": 4 + 6, "lost.drainage": 1, "lost.entrainment": 5, "lost.around_ends": 0,
     }.items():  # fmt: skip
         assert last[f"oil_{name}"] == pytest.approx(count * one), name
-    assert last["retained_share"] == pytest.approx(1.0 - 6 / 36)
+    assert last["oil_contained_share"] == pytest.approx(1.0 - 6 / 36)
     assert last["first_loss_speed"] == pytest.approx(0.34)
     assert last["gross_loss_speed"] == pytest.approx((1 * 0.27 + 8 * 0.5) / 9)
     known = {

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
 import pytest
 
 from recordings.model.frame import Event, Frame, RunDescription
@@ -50,7 +48,7 @@ def accounts_after_run(watchers: list[Watcher], *, summary: bool = False, frames
         simulation.step()
         for _ in range(frames_asked):
             assembly.frame_source(simulation.communication_point)
-    totals = asdict(assembly.accounts.totals)
+    totals = assembly.accounts.figures.save_state()
     del totals["stage_seconds"]  # wall time
     totals["budget"] = repr(totals["budget"])
     result = {
@@ -58,6 +56,7 @@ def accounts_after_run(watchers: list[Watcher], *, summary: bool = False, frames
         "scores": assembly.scoring.summary(),
         "totals": totals,
         "ledger": assembly.ledger.figures,
+        "oil": assembly.scoring.ledger.rows,
     }
     simulation.terminate("completed")
     return result
@@ -71,7 +70,7 @@ def unwatched() -> dict[str, object]:
 def test_an_unwatched_run_keeps_its_accounts(unwatched: dict[str, object]) -> None:
     scores, totals = unwatched["scores"], unwatched["totals"]
     assert isinstance(scores, dict) and isinstance(totals, dict)
-    assert scores["main"]["retained_share"] is not None
+    assert scores["main"]["contained_share"] is not None
     assert max(end["peak"] for end in scores["main"]["tow_tension_n"].values()) > 0.0
     assert totals["steps"] == STEPS
     assert totals["budget"] != "None"
@@ -97,7 +96,12 @@ def test_reading_a_frame_again_gives_the_same_frame_and_leaves_the_state() -> No
     before = run_state_hash(simulation, assembly), repr(run_state(simulation, assembly)["scores"]["booms"])
     first, second = (_scalars(assembly, assembly.frame_source(simulation.communication_point)) for _ in range(2))
     assert first == second
-    assert {"metrics/oil_retained", "metrics/ledger/exchange/work", "metrics/tow_speed"} <= first.keys()
+    assert {
+        "metrics/oil_contained",
+        "metrics/oil/spilled",
+        "metrics/ledger/exchange/work",
+        "metrics/tow_speed",
+    } <= first.keys()
     assert (run_state_hash(simulation, assembly), repr(run_state(simulation, assembly)["scores"]["booms"])) == before
     simulation.terminate("completed")
 

@@ -150,12 +150,9 @@ def stream_ramp(resolution: int, bench: Bench) -> Outcome:
         assembly.sea.signal("current", speed, math.pi)
         simulation.step()
         bench.count(step, 0.0, assembly.fluid.particle_count)
-        report = assembly.scoring.booms[0].report
-        assert report is not None  # after a step there is one
-        lost = (
-            report.passed - report.lost_by_cause["around_ends"]
-        )  # a slick may grow out of the mouth: no loss under way
-        share = lost / (report.lost + report.retained)
+        report = assembly.scoring.booms[0].oil
+        lost = report.passed - report.lost["around_ends"]  # a slick may grow out of the mouth: no loss under way
+        share = lost / (report.all_lost + report.contained)
         rows.append((speed, share, report.passed_modelled / max(lost, 1e-12)))
         if share > SEEN:
             first = speed

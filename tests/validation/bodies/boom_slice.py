@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from scipy.constants import knot
 
 from booms.boom_state import BoomState
-from booms.containment import ContainmentOptions, ContainmentReport, ContainmentTracker
+from booms.containment import Containment, ContainmentOptions
 from booms.losses.closure_losses import ClosureLosses, LostBoom
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
 from oilsim import Fluid, FluidConfig, Phase, block, solid_box, tank_walls
+from oilsim.oil.ledger import BoomOil
 from oilsim.sea import SeaForcing, Zone
 from tests.seas import current_in, shallow_sea
 from tests.validation.bodies.boom_losses import drivers, first_beyond
@@ -56,10 +57,10 @@ class Slice:
     fluid: Fluid
     driving: SeaForcing
     boom: BoomState
-    tracker: ContainmentTracker
+    tracker: Containment
     closures: ClosureLosses
 
-    def look(self, bench: Bench) -> ContainmentReport:
+    def look(self, bench: Bench) -> BoomOil:
         """Advance by `SAMPLE`, let the closures act, and report."""
         bench.advance(self.fluid, SAMPLE)
         time = self.fluid.time
@@ -134,7 +135,7 @@ def stream(resolution: int, bench: Bench, speed: float, jitter: int = 0, oil: Oi
         oils={"oil": oil}, waters=["water"], segments=len(boom.position), segment_length=width / FRONTS[resolution],
         freeboard=FREEBOARD, float_width=THICKNESS * spacing, spacing=spacing, period=(LENGTH, 0.0),
     )  # fmt: skip
-    return Slice(fluid, driving, boom, ContainmentTracker(options), ClosureLosses(closures))
+    return Slice(fluid, driving, boom, Containment(options), ClosureLosses(closures))
 
 
 def closures_alone(growth: float = GROWTH, oil: OilOnWater = OIL, begin: float = BEGIN) -> tuple[Double, Double, float]:
@@ -170,9 +171,9 @@ def ramp(scene: Slice, bench: Bench, begin: float, enough: float = 1.0) -> tuple
         speed = begin + GROWTH * max(0.0, scene.fluid.time - SETTLED)
         scene.driving.sea = shallow_sea(DEPTH, current=(-speed, 0.0))
         report = scene.look(bench)
-        rows.append((speed, report.passed, report.retained, report.passed_modelled))
+        rows.append((speed, report.passed, report.contained, report.passed_modelled))
         before = max((row[1] for row in rows if row[0] <= begin), default=0.0)
-        beyond = beyond + 1 if (report.passed - before) / report.retained > enough else 0
+        beyond = beyond + 1 if (report.passed - before) / report.contained > enough else 0
     scene.fluid.close()
     speeds, passed, held, modelled = np.array(rows).T
     settled = np.flatnonzero(speeds <= begin)[-1]
@@ -217,7 +218,7 @@ def rounding(resolution: int, bench: Bench) -> Outcome:
         report = scene.look(bench)
         while scene.fluid.time < HOLD:
             report = scene.look(bench)
-        losses.append(report.passed / (report.retained + report.lost))
+        losses.append(report.passed / (report.contained + report.all_lost))
         scene.fluid.close()
     found = np.array(losses)
     return Outcome(

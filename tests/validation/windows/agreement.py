@@ -196,8 +196,7 @@ class Reader:
     def found(self, cpu: float) -> Found:
         """Return what the run gives; cpu [s] of one processor that it took."""
         assembly, lines = self._assembly, np.array(self.line)
-        report = assembly.scoring.booms[0].report
-        assert report is not None
+        oil, ledger = assembly.scoring.booms[0].oil, assembly.scoring.ledger.rows
         if assembly.scenario.vessels:
             lines = lines - lines.mean(axis=1, keepdims=True)
         return Found(
@@ -205,9 +204,9 @@ class Reader:
             tension=float(np.mean(self.tension)),
             scatter=float(np.std(self.tension)),
             normal_speed=abs(float(np.mean(self.speed))),
-            released=report.retained + report.lost + report.free + report.removed,
-            passed=report.passed,
-            modelled=report.passed_modelled,
+            released=ledger.spilled,
+            passed=oil.passed,
+            modelled=oil.passed_modelled,
             owed=self.owed,
             line=lines.mean(axis=0).tolist(),
             cpu=cpu,

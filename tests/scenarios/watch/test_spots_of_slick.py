@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim.oil.fates import Fate, LossCause
 from oilsim.slick.barriers import Boom
 from oilsim.slick.crossing import distance_to_barriers
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
-from scenarios.watch.oil_spots import BANKED_UP, LOST, spots_of_slick
+from scenarios.watch.slick_oil import BANKED_UP, spots_of_slick
 
 CRUDE = Oil(density=875.0, dynamic_viscosity=0.02, interfacial_tension=0.02)
 
@@ -41,9 +42,10 @@ def test_a_pool_thicker_than_a_film_is_drawn_as_thick_as_it_is() -> None:
 def test_what_is_taken_is_not_drawn_and_what_is_lost_has_its_fate() -> None:
     slick = film(1e-3)
     slick.parcels.state[:10], slick.parcels.state[10:15] = ParcelState.RECOVERED, ParcelState.LOST
+    slick.parcels.cause[10:15] = LossCause.DRAINAGE
     spots = spots_of_slick(slick)
     assert len(spots) == 40
-    assert (spots[:, 4] == LOST).sum() == 5
+    assert (spots[:, 4] == Fate.LOST + LossCause.DRAINAGE).sum() == 5
 
 
 def test_distances_are_those_to_the_nearest_segment() -> None:

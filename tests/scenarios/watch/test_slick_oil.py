@@ -1,4 +1,4 @@
-"""The account of a boom whose oil is a slick: what particles of a window carry past is resolved, the rest is modelled."""
+"""The oil of a boom whose oil is a slick: what particles of a window carry past is resolved, the rest is modelled."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import pytest
 
 from coupling.master.co_simulation import CoSimulation
 from coupling.participants.slick import SlickParticipant
-from oilsim.slick.loss_cause import LossCause
+from oilsim.oil.fates import CAUSES, LossCause
 from oilsim.slick.parcels import ParcelState
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
-from scenarios.watch.boom_score import Beside
-from scenarios.watch.slick_account import phase_of, volume_within
+from scenarios.watch.boom_score import Oil
+from scenarios.watch.slick_oil import phase_of, volume_within
 
 
 @contextmanager
@@ -43,10 +43,9 @@ def test_what_particles_carry_past_is_resolved_and_what_is_put_back_is_told() ->
         slick.restore_state(slick.save_state())
         simulation.step()
         (boom,) = assembly.scoring.booms
-        report = boom.report
-        assert report is not None
-        assert report.lost_by_cause == pytest.approx({"drainage": 3.0, "entrainment": 0.5})
-        assert report.lost_modelled == pytest.approx({"drainage": 2.0, "entrainment": 0.5})
+        none = dict.fromkeys(CAUSES, 0.0)
+        assert boom.oil.lost == pytest.approx(none | {"drainage": 3.0, "entrainment": 0.5})
+        assert boom.oil.lost_modelled == pytest.approx(none | {"drainage": 2.0, "entrainment": 0.5})
         assert boom.summary()["held_back_m3"] == pytest.approx(0.25)
         assert assembly.scoring.series()["metrics/oil_held_back"] == pytest.approx(0.25)
         assert any("put back (modelled)" in notice.text for notice in assembly.scoring.take_notices())
@@ -72,18 +71,19 @@ def test_oil_that_is_skimmed_or_floats_off_stays_among_what_the_boom_has_met() -
         rows = oil.barriers.rows("main")
         oil.parcels.state[:], oil.parcels.place[:], oil.parcels.side[:] = ParcelState.HELD, rows.start + 3, 1
         simulation.step()
-        assert boom.report is not None
-        held = boom.report.retained
+        held = boom.oil.contained
         assert held > 0.0
-        (skimmer,) = assembly.skimmers.skimmers
+        (skimmer,) = assembly.skimmers
         taken = 0.5 * held
         oil.recover(tuple(oil.parcels.position[0]), 1e3, taken)
         skimmer.skimmer.account.oil += taken
         oil.losses.gone[LossCause.DRAINAGE, rows.start] = 0.004 * held
         slick.restore_state(slick.save_state())
         simulation.step()
-        assert boom.report.retained <= held - taken
-        assert boom.retained_share == pytest.approx(1.0 - boom.report.lost / held, rel=0.01)
+        assert boom.oil.contained <= held - taken
+        assert boom.oil.met == pytest.approx(held, rel=0.01)
+        assert boom.oil.contained_share == pytest.approx(1.0 - boom.oil.all_lost / held, rel=0.01)
+        assert assembly.scoring.ledger.rows.recovered == pytest.approx(boom.oil.recovered) == pytest.approx(taken)
 
 
 def test_particles_of_a_window_are_not_counted_beside_the_parcels_that_they_are() -> None:
@@ -96,9 +96,9 @@ def test_particles_of_a_window_are_not_counted_beside_the_parcels_that_they_are(
         within = np.array([[*barriers.start[barriers.rows("main")].mean(axis=0), 0.0]])
         for second, place in enumerate((within, within - [500.0, 0.0, 0.0], within)):
             particle = place, np.zeros(1, np.uint32)
-            boom.advance(1.0 + second, assembly.world, particle, 0.0, np.zeros(3), Beside(slick))
-        assert boom.summary()["taken_back_m3"] == 0.0
-        assert not len(boom.tracker.standing().ids)
+            boom.advance(1.0 + second, assembly.world, Oil(*particle, slick=slick), 0.0, np.zeros(3))
+        assert boom.summary()["recontained_m3"] == 0.0
+        assert not len(boom.containment.standing().ids)
 
 
 def test_what_a_skimmer_has_taken_is_neither_shown_nor_in_the_protected_area() -> None:

@@ -1,32 +1,16 @@
-"""The causes by which a boom loses oil, and the interface of the closures that say how much."""
+"""The pools of oil before booms, and the interface of the closures that say how fast they lose it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import IntEnum
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.oil.fates import LossCause
+
 Array = NDArray[np.float64]
-
-
-class LossCause(IntEnum):
-    """The ways in which oil leaves a boom."""
-
-    ENTRAINMENT = 0
-    DRAINAGE = 1
-    CRITICAL_ACCUMULATION = 2
-    PLANING = 3
-    SUBMERGENCE = 4
-    SPLASH_OVER = 5
-    AROUND_ENDS = 6
-    THROUGH = 7
-
-
-CAUSES = tuple(cause.name.lower() for cause in LossCause)
-"""Names of the causes, in their order, as accounts and recordings have them."""
 
 
 class Pools(NamedTuple):

@@ -1,0 +1,98 @@
+"""The slick of a run, all its oil outside windows' particles, in the terms of the ledger, of frames and of pages."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from booms.boom_state import signed_distance
+from oilsim.oil.fates import CAUSES
+from oilsim.oil.ledger import BoomOil
+from recordings.model.frame import PhaseFrame
+
+if TYPE_CHECKING:
+    from coupling.participants.slick import SlickParticipant
+    from oilsim.slick.parcels import Parcels, Rows
+    from oilsim.slick.slick import Slick
+
+Spots = NDArray[np.float32]
+
+BANKED_UP = 0.01  # [m] thickest that a film is drawn so that it ends at a barrier; all oil above 0.2 mm has one colour
+
+
+def oil_of_boom(slick: SlickParticipant, boom: str) -> BoomOil:
+    """Return the oil of a boom; what no particle carried past it is modelled."""
+    lost = {cause: float(slick.get(f"{boom}.passed.{cause}")) for cause in CAUSES}
+    contained, afloat = float(slick.get(f"{boom}.contained")), float(slick.get("afloat"))
+    return BoomOil(
+        contained=contained,
+        inside=contained,
+        outside=afloat,
+        afloat=afloat,
+        lost=lost,
+        lost_modelled={cause: volume - float(slick.get(f"{boom}.carried.{cause}")) for cause, volume in lost.items()},
+        recontained=float(slick.get(f"{boom}.recontained")),
+        held_back=float(slick.get(f"{boom}.held_back")),
+    )
+
+
+def volume_within(slick: SlickParticipant, corners: NDArray[np.float64]) -> float:
+    """Return the oil [m3] on the water and ashore within a polygon of corners (K, 2) [m]."""
+    parcels = slick.slick.parcels
+    there = parcels.there()
+    if not there.any():
+        return 0.0
+    within = signed_distance(parcels.position[there], corners)[0] > 0.0
+    return float(parcels.volume[there][within].sum())
+
+
+def phase_of(slick: SlickParticipant, oil: int, level: float, time: float) -> PhaseFrame:
+    """Return the parcels of an oil (`Oil.number`) that no skimmer has taken as particles; resolved ones are where their particles are.
+
+    level [m] of the surface, where the others are.
+    """
+    parcels = slick.slick.parcels
+    position = np.column_stack([parcels.position, np.full(len(parcels), level)]).astype(np.float32)
+    if slick.particles is not None:
+        rows, places = slick.particles.places(parcels, time)
+        position[rows] = places
+    order = np.argsort(parcels.id, kind="stable")
+    shown = order[(parcels.there() & (parcels.oil == oil))[order]]
+    volume = parcels.volume[shown]
+    width = np.sqrt(volume / film_thickness(parcels, shown))
+    return PhaseFrame(
+        position=position[shown],
+        id=parcels.id[shown].astype(np.uint32),
+        volume=volume.astype(np.float32),
+        width=width.astype(np.float32),
+        fate=parcels.fate_codes()[shown].astype(np.uint8),
+    )
+
+
+def film_thickness(parcels: Parcels, rows: Rows) -> NDArray[np.float64]:
+    """Return the thickness (M,) [m] of the oil at parcels of rows (M,), no less than oil of their volume would have by itself at last."""
+    from oilsim.slick.spreading.fay import final_thickness
+
+    return np.maximum(parcels.thickness[rows], final_thickness(parcels.volume[rows]))
+
+
+def spots_of_slick(slick: Slick) -> Spots:
+    """Return the parcels that are not recovered as spots (N, 5): x, y, radius, thickness [m], fate; area times thickness is the volume.
+
+    No spot is wider than oil of its volume would spread by itself (`final_thickness`). One beside a boom, a hull or a shore ends there,
+    and is so much thicker.
+    """
+    from oilsim.slick.crossing import distance_to_barriers
+
+    parcels = slick.parcels
+    shown = np.flatnonzero(parcels.there())
+    volume, place = parcels.volume[shown], parcels.position[shown]
+    thickness = film_thickness(parcels, shown)
+    radius = np.sqrt(volume / (np.pi * thickness))
+    room = np.maximum(distance_to_barriers(place, slick.barriers), np.sqrt(volume / (np.pi * BANKED_UP)))
+    ends = room < radius
+    radius[ends] = room[ends]
+    thickness[ends] = volume[ends] / (np.pi * room[ends] ** 2)
+    return np.column_stack([place, radius, thickness, parcels.fate_codes()[shown]]).astype(np.float32)
