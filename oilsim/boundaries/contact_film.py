@@ -58,7 +58,7 @@ class RimLiquid(NamedTuple):
 class Films(NamedTuple):
     """The films of one step.
 
-    held   (bodies,) bool, bodies that answer no impulse
+    held   (bodies,) bool, bodies that no impulse moves
     rims   (bodies, 6) of each body's rim: 1 if there is one, then means of pressure [Pa], density [kg/m3] and place [m]
     slope  (M - R, 3) float64, sum of V grad W_bi H^2 over the liquid, of every moving wall particle [m]
     """
@@ -74,7 +74,7 @@ def add_rims(contacts, walls, resting, held, liquid, rims):
 
     contacts  the step's `Contacts`
     walls     lists of wall neighbours, which name the `resting` wall particles first
-    held      (bodies,) bool, bodies that answer no impulse
+    held      (bodies,) bool, bodies that no impulse moves
     liquid    the `RimLiquid`
     rims      number of particles, then sums of pressure [Pa], density [kg/m3] and place [m]
     """

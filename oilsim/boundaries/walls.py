@@ -1,7 +1,7 @@
 """All wall particles of a fluid, and the moving bodies among their owners.
 
 Particles at rest are sorted by cell once. Particles of moving bodies are placed by the bodies' poses in every step. Bodies receive
-impulses and answer with their inverse mass, each by itself or tied together by joints (see `contacts` for the impulses' sign).
+impulses and respond with their inverse mass, each by itself or tied together by joints (see `contacts` for the impulses' sign).
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def _of_particles(boundaries: Iterable[BoundaryParticles], value: Callable[[Boun
 
 @dataclass
 class MovingBody:
-    """Motion of one moving boundary during an advance: pose, twist, answer to impulses, and the impulse received so far.
+    """Motion of one moving boundary during an advance: pose, twist, response to impulses, and the impulse received so far.
 
     position (3,)           centre of mass [m]
     orientation (4,)        quaternion x, y, z, w
@@ -183,7 +183,7 @@ class Walls:
     def restore_motions(self, saved: Mapping[str, Mapping[str, Any]], tied: Double | None) -> None:
         """Let those bodies move that `save_motions` returned, in their order, and bring all others back to rest.
 
-        tied (6 n, 6 n) [1/kg, 1/(kg m2)]: how they answer together; None where each answers by itself.
+        tied (6 n, 6 n) [1/kg, 1/(kg m2)]: how they respond together; None where each responds by itself.
         """
         self.moving.clear()
         self._tied, self._stale = None, True
@@ -287,7 +287,7 @@ class Walls:
     def near_moving(self, chosen: NDArray[np.integer], held: NDArray[np.bool_]) -> Pairs:
         """List all wall particles within reach of the `chosen` (K,) of the moving ones, themselves included.
 
-        held (bodies,): bodies that answer no impulse; a particle far from them and from walls at rest gets an empty list.
+        held (bodies,): bodies that no impulse moves; a particle far from them and from walls at rest gets an empty list.
         """
         moving = self.moving_position
         _, by_cell = self.order_moving(moving)
@@ -298,7 +298,7 @@ class Walls:
         return self._search.list_neighbors("films", points, Sorted(self.position, self.cell_start), near, by_cell)
 
     def held(self) -> NDArray[np.bool_]:
-        """Return which of the moving bodies (bodies,) answer no impulse, because they are fixed or their motion is prescribed."""
+        """Return which of the moving bodies (bodies,) no impulse moves, because they are fixed or their motion is prescribed."""
         count = len(self.moving)
         return np.logical_not(self.inverse_mass().reshape(count, 6, -1).any(axis=(1, 2)))
 
@@ -327,16 +327,16 @@ class Walls:
         return np.zeros((len(self.moving), 6))
 
     def receive(self, impulses: Double) -> None:
-        """Give impulses (bodies, 6) [N s, N m s] to the moving bodies, and change their twists by the answers M^-1 P."""
+        """Give impulses (bodies, 6) [N s, N m s] to the moving bodies, and change their twists by M^-1 P."""
         if not self.moving:
             return
-        answers = (self.inverse_mass() @ impulses.ravel()).reshape(impulses.shape)
-        for body, impulse, answer in zip(self.moving.values(), impulses, answers, strict=True):
+        changes = (self.inverse_mass() @ impulses.ravel()).reshape(impulses.shape)
+        for body, impulse, change in zip(self.moving.values(), impulses, changes, strict=True):
             body.impulse = body.impulse + impulse
-            body.twist = body.twist + answer
+            body.twist = body.twist + change
 
     def tie(self, handles: Sequence[int], inverse_mass: Double) -> None:
-        """Let the moving bodies answer together, by `inverse_mass` (6 n, 6 n) [1/kg, 1/(kg m2)] in the order of `handles`."""
+        """Let the moving bodies respond together, by `inverse_mass` (6 n, 6 n) [1/kg, 1/(kg m2)] in the order of `handles`."""
         place = {handle: n for n, handle in enumerate(handles)}
         self._tied = chosen_blocks(inverse_mass, [place[handle] for handle in self.moving])
 

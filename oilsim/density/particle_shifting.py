@@ -219,7 +219,7 @@ def push_beside_wall(px, py, pz, own, coverage, slope, touching):
     """Return the push (px, py, pz) [m] with the walls' part 2 L_i sum_b V_b grad W_ib, without what leads further into a touched wall.
 
     own: L_i [m2]; coverage: sum_b V_b W_ib [1]; slope: sum_b V_b grad W_ib [1/m] (3); touching: coverage at a flat wall's surface [1].
-    Walls answer by the multiplier of the particle. It draws a particle with too few neighbours to the wall, while the particles behind
+    Walls respond by the multiplier of the particle. It draws a particle with too few neighbours to the wall, while the particles behind
     push.
     """
     sx, sy, sz = slope

@@ -188,7 +188,7 @@ class Fluid(FluidView):
     ) -> None:  # fmt: skip
         """Set the present pose and twist of a body: centre of mass (3,) [m], quaternion x y z w, velocities [m/s, rad/s], world frame.
 
-        inverse_mass (6, 6): twist per impulse [1/kg, 1/(kg m2)], with which the body answers inside the pressure solve; None moves
+        inverse_mass (6, 6): twist per impulse [1/kg, 1/(kg m2)], with which the body responds inside the pressure solve; None moves
         it as prescribed. free_acceleration (6,): d(twist)/dt from everything but the fluid [m/s2, rad/s2].
         """
         motion = MovingBody(
@@ -206,7 +206,7 @@ class Fluid(FluidView):
             self._relative_speed = None  # found before this jump
 
     def set_joint_inverse_mass(self, handles: Sequence[int], inverse_mass: ArrayLike) -> None:
-        """Set the inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] by which bodies tied by joints answer impulses together.
+        """Set the inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] by which bodies tied by joints respond to impulses together.
 
         The matrix has the order of `handles`, which must be all the moving ones; ValueError otherwise. Call this after the bodies' motions
         are set, before each advance. The matrix takes the place of their own inverse masses.
@@ -241,8 +241,7 @@ class Fluid(FluidView):
 
         Where bodies move, in the paper's scheme, and as long as nothing is known of how the liquid deforms, a whole number of equal
         steps fills the duration. Else a step goes on into the next advance, unless `finish_step` ends it: particles move with the
-        velocities of its
-        beginning, and are seen where they then are.
+        velocities of its beginning, and are seen where they then are.
         """
         if not 0.0 < duration < math.inf:
             raise ValueError(f"duration is {duration} s, allowed: above 0, finite")

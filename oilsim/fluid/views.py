@@ -131,7 +131,7 @@ class FluidView:
         return self._moving(handle).impulse / self._duration if self._duration else np.zeros(6)
 
     def boundary_twist(self, handle: int) -> Double:
-        """Return the linear and angular velocity (6,) [m/s, rad/s] of a body after its answers inside the last advance.
+        """Return the linear and angular velocity (6,) [m/s, rad/s] of a body after its responses inside the last advance.
 
         ValueError for a boundary that does not move.
         """

@@ -1,7 +1,7 @@
 """Correction matrices improved where particles pass each other.
 
 Linear pressures and flows want the moments sum_j G_ij x_ij^T of the pair vectors to be the unit matrix. The matrices Y_i of
-`gradient_correction` achieve this only in the mean of Y_i and Y_j. The moments answer a change of Y_i in full where neighbours change
+`gradient_correction` achieve this only in the mean of Y_i and Y_j. The moments follow a change of Y_i in full where neighbours change
 alike, and by a third where the change alternates from one particle to the next. Three halves of a Jacobi step, the best length for these
 two (Richardson 1911), halve the rest of either:
 

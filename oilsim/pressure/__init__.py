@@ -1,1 +1,1 @@
-"""The bounded pressure solve, its gradient, and how walls and rigid bodies answer it."""
+"""The bounded pressure solve, its gradient, and how walls and rigid bodies respond to it."""

@@ -8,7 +8,7 @@ apart, with trilinear shares phi_I,
 
 is close to the matrix of a grid of resistors. Its cells conduct along their edges with the sum of rho_ref / rho_0 of their particles, and
 its nodes leak the sum of rho_ref / rho_0 |n|^2 phi. The solve takes D^-1 + P K^-1 P^T in place of D^-1, the additive two-level
-preconditioner (Smith, Bjorstad and Gropp 1996, 2.1). The answer of moving bodies is not in it. Liquid that fills a closed box goes
+preconditioner (Smith, Bjorstad and Gropp 1996, 2.1). The response of moving bodies is not in it. Liquid that fills a closed box goes
 without the grid, which spares nothing there.
 """
 

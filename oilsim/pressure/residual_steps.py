@@ -31,9 +31,9 @@ class Pressures(NamedTuple):
 class SearchDirection(NamedTuple):
     """The direction of a step of conjugate residuals.
 
-    direction (N,)    p [m2/s]
-    image (N,)        A p [1/s]
-    answer (N,)       M^-1 A p [m2/s], M^-1 the preconditioner in the free set
+    direction (N,)         p [m2/s]
+    image (N,)             A p [1/s]
+    preconditioned (N,)    M^-1 A p [m2/s], M^-1 the preconditioner in the free set
     """
 
     direction: Real

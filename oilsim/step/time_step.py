@@ -24,7 +24,7 @@ Interfacial tension bounds the step by the shortest ripples, and by the swings o
 interfaces whole (`FluidConfig.capillary_time_step`). So the first step, before any pressure is known, is short enough too.
 
 Bodies take part in a fluid's steps, so with moving bodies a whole number of equal steps fills each advance. Without moving bodies nothing
-has to happen at its end: a step goes on into the next advance, and particles are seen on their flight. Otherwise the 30 frames a second of
+has to happen at its end: a step goes on into the next advance, and particles are seen on their way. Otherwise the 30 frames a second of
 `calm-spread` would cause a fifth of all its steps.
 
 No particle goes further than REACH d in a step; a run whose shortest step would take one further ends. A particle that had no neighbour
@@ -54,7 +54,7 @@ OUTLIERS = 5e-3
 SAMPLE = 10_000
 # [d] that a particle may go in a step; theory; unseen before, it meets others at d or more
 REACH = SUPPORT - 1.0
-# [1] neighbours below which a particle is a drop that flies by itself; numerical; not on record
+# [1] neighbours below which a particle is a drop that moves by itself; numerical; not on record
 SPRAY = 8
 # [m2; 1] keeps divisors from being 0; numerical; far below any square
 TINY, ZERO, ONE = np.float32(1e-20), np.float32(0.0), np.float32(1.0)

@@ -164,7 +164,7 @@ class ViscousSystem:
         return result
 
     def explicit(self, velocity: Real, rest_density: Real, time_step: float, bodies: ViscousResponse | None) -> None:
-        """Add dt force / rho_0 (Eq. 25) to velocity (3, N) [m/s] in place; bodies answer implicitly all the same.
+        """Add dt force / rho_0 (Eq. 25) to velocity (3, N) [m/s] in place; bodies respond implicitly all the same.
 
         rest_density (N,) [kg/m3]; time_step [s].
         """

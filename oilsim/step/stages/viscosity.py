@@ -36,7 +36,7 @@ def begin_viscosity(context: StepContext, state: FluidState, time_step: float) -
 
     The trapezoidal rule takes viscosity from the motion at both
     ends of a step, and forces from neither. If it took v + dt a for the motion at the step's beginning, thick liquid would overshoot what
-    forces do, and pressure that answers from step to step would grow.
+    forces do, and pressure that responds from step to step would grow.
     """
     due = _due(context, state, time_step)
     state.viscous_time = due.lagged
