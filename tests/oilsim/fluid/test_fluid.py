@@ -213,7 +213,8 @@ def test_blow_up_names_the_particle_and_the_time(make_fluid):
 
 def test_each_liquid_but_the_most_meets_the_tolerance_by_itself(make_fluid, monkeypatch):
     fluid = small_tank(make_fluid, divergence_iterations=1000)
-    solver, solve, left = fluid._solver, fluid._solver.solve, []
+    solver, left = fluid.context.solver, []
+    solve = solver.solve
 
     def look(system, pressures, tolerance, *others):
         result = solve(system, pressures, tolerance, *others)
