@@ -27,15 +27,7 @@ from oilsim.step.context import StepClock, StepContext
 from oilsim.step.paper_scheme import paper_step
 from oilsim.step.schemes import fall, move, split_step
 from oilsim.step.stages.explicit import apply_forcings
-from oilsim.step.time_step import (
-    cfl_time_step,
-    equal_steps,
-    largest_relative_speed,
-    pressure_head,
-    relative_time_step,
-    stable_time_step,
-    too_fast,
-)  # fmt: skip
+from oilsim.step.time_step import equal_steps, largest_relative_speed, next_time_step, too_fast
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
@@ -277,16 +269,9 @@ class Fluid(FluidView):
         return max(diagnostics.largest_speed(self.state), bodies)
 
     def _time_step(self) -> float:
-        config, fastest = self.config, self._largest_speed()
-        limits = (config.cfl, config.minimum_time_step, config.longest_time_step)
-        wanted = cfl_time_step(config.particle_spacing, fastest, *limits)
-        if config.scheme == "paper":
-            return wanted
-        if self._relative_speed is not None:
-            wanted = relative_time_step(config.particle_spacing, fastest, self._relative_speed, *limits)
-        stable = stable_time_step(config.particle_spacing, config.dimension, pressure_head(self.context, self.state))
-        step = max(config.minimum_time_step, min(wanted, stable, config.capillary_time_step))
-        fault = too_fast(config.particle_spacing, fastest, step)
+        fastest = self._largest_speed()
+        step = next_time_step(self.context, self.state, fastest, self._relative_speed)
+        fault = too_fast(self.config.particle_spacing, fastest, step) if self.config.scheme == "split" else ""
         if fault:
             raise FluidError(f"at t = {self.time:.6g} s {fault}")
         return step

@@ -200,6 +200,22 @@ def equal_steps(remaining: float, time_step: float) -> float:
     return remaining / max(1, math.ceil(remaining / time_step * (1.0 - 1e-9)))
 
 
+def next_time_step(context: StepContext, state: FluidState, fastest: float, relative_speed: float | None) -> float:
+    """Return the length [s] of the next step (see the module's docstring).
+
+    fastest: largest speed of all [m/s]; relative_speed: as from `largest_relative_speed` [m/s], None where it is not known.
+    """
+    config, spacing = context.config, context.config.particle_spacing
+    limits = config.cfl, config.minimum_time_step, config.longest_time_step
+    wanted = cfl_time_step(spacing, fastest, *limits)
+    if config.scheme == "paper":
+        return wanted
+    if relative_speed is not None:
+        wanted = relative_time_step(spacing, fastest, relative_speed, *limits)
+    stable = stable_time_step(spacing, config.dimension, pressure_head(context, state))
+    return max(config.minimum_time_step, min(wanted, stable, config.capillary_time_step))
+
+
 def largest_relative_speed(
     context: StepContext, neighborhood: Neighborhood, state: FluidState, fastest: float
 ) -> float:
