@@ -16,8 +16,8 @@ def test_public_names_exist(name):
 
 
 def test_another_name_is_refused():
-    with pytest.raises(AttributeError, match=r"no attribute 'solver', allowed: AdvanceReport, "):
-        oilsim.fluid.fluid  # noqa: B018
+    with pytest.raises(AttributeError, match=r"no attribute 'Solver', allowed: AdvanceReport, "):
+        oilsim.Solver  # noqa: B018
 
 
 def test_a_fluid_is_described_without_compiled_code():
