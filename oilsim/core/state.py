@@ -62,6 +62,7 @@ class FluidState:
     viscous_time (phases,) [s]: time by which the viscosity of each liquid lags (`step.stages.viscosity`).
     The last `asleep` particles do not move (`sleeping_regions`); the first `bordering` of them may have others that do within reach.
     confinement: as in the last step (`step.stages.relaxation`).
+    steps: number of steps that were made, by which draws of chance go on.
     rest_top [m]: height below which the pressure of water at rest acted by its slope in the last step (`rest_pressure`).
     """
 
@@ -80,6 +81,7 @@ class FluidState:
     bordering: int = 0
     confinement: Confinement = Confinement.OPEN
     rest_top: float = -math.inf
+    steps: int = 0
 
     @property
     def count(self) -> int:

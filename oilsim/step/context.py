@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import defaultdict
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ from oilsim.core.config import FluidConfig
 from oilsim.core.phases import least_pressure
 from oilsim.density.density_feedback import surface_table
 from oilsim.density.particle_shifting import SETTLING, shift_balance
+from oilsim.drops.drift import drop_speeds
 from oilsim.gradients.gradient_correction import exact_share, largest_stretch
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit
 from oilsim.gradients.shear_correction import STRETCH
@@ -57,6 +59,7 @@ class StepConstants:
     pair_viscosity             between phases (P, P) [Pa s]
     adhesion                   of the phases, as `adhesion_acceleration` takes it; None where none sticks
     tensions                   of the phases (P,) [N/m]; None where none has any
+    drop_speeds                of the phases in each other, as `drift.choose_partners` takes them; None for one liquid, or without gravity
     least_pressure             mean pressure [Pa] at least of liquid that fills a box
     touching_wall, nearest_wall  coverage of the kernel at a wall's surface, and where a drop's contact begins [1]
     wall_coverages             that at even distances from a wall (see `wall_contact`)
@@ -93,6 +96,8 @@ class StepConstants:
         self.adhesion = np.array(strength, np.float32) if any(strength) else None
         tensions = [phase.interfacial_tension for phase in config.phases]
         self.tensions = np.array(tensions, np.float32) if any(tensions) else None
+        speed_of_drops = drop_speeds(config.phases, d, dimension, math.hypot(*config.gravity))
+        self.drop_speeds = speed_of_drops if speed_of_drops.any() else None
         self.least_pressure = least_pressure(config.phases, d)
         self.touching_wall = np.float32(wall_coverage(0.0, dimension))
         self.nearest_wall = np.float32(wall_coverage(float(NEAREST), dimension))

@@ -17,6 +17,7 @@
     project_velocity       bounded solve for the change of pressure, bodies responding          `stages.pressure`
     apply_wall_contact     single drops meet walls, and no particle goes into a thin plate      `stages.contact`
     project_momentum       liquid off the walls gets lost momentum back                         `momentum_projection`
+    move_drops             drops finer than the flow rise or sink by changing places            `stages.drops`
 
 Positions and velocities are constrained apart: a density error is carried to the next step, not converted into motion. The scheme of
 Qiu et al. 2021, which feeds it back, is in `oilsim.step.paper_scheme`. Advection comes first and on its own, since bodies and frames may
@@ -30,10 +31,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.core.state import FluidState
-from oilsim.step.arrays import StepArrays, StepResult
+from oilsim.step.arrays import Index, StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
 from oilsim.step.momentum_projection import MomentumProjection
 from oilsim.step.stages.contact import apply_wall_contact
+from oilsim.step.stages.drops import move_drops
 from oilsim.step.stages.explicit import (
     Drive,
     add_gravity,
@@ -44,7 +46,7 @@ from oilsim.step.stages.explicit import (
     wrap_periodic,
 )
 from oilsim.step.stages.pairs import cache_pair_gradients, search_neighbors
-from oilsim.step.stages.pressure import apply_last_pressure, project_velocity
+from oilsim.step.stages.pressure import apply_last_pressure, minority_phases, project_velocity
 from oilsim.step.stages.relaxation import relax_positions
 from oilsim.step.stages.viscosity import ViscousStep, apply_viscosity, begin_viscosity, viscous_system
 
@@ -78,12 +80,27 @@ def split_step(
             )
         viscous = let_viscosity_act(context, clock, arrays, state, viscous_step)
         with clock.stage("divergence"):
-            pressure = project_velocity(context, arrays.neighbors, arrays.sums, arrays.pairs, state, operator)
+            minor = minority_phases(context, arrays.neighbors, state.phase)
+            pressure = project_velocity(context, arrays.neighbors, arrays.sums, arrays.pairs, state, operator, minor)
         meet_walls(context, clock, arrays, state, time_step)
     momentum.project()
+    _move_drops(context, clock, arrays, minor, state, time_step)
     return StepResult(
         time_step, passes, pressure[0], viscous[0], density_error, pressure[1], viscous[1], arrays.sums.crowding
     )
+
+
+def _move_drops(
+    context: StepContext, clock: StepClock, arrays: StepArrays, minor: list[Index], state: FluidState, time_step: float
+) -> None:
+    """Let drops that are finer than the flow rise or sink, where there are two liquids and gravity; water around them does not sleep."""
+    state.steps += 1
+    if context.constants.drop_speeds is None or not minor:
+        return
+    with clock.stage("swaps"):
+        drops = move_drops(context, arrays.neighbors, minor, state, time_step)
+    if context.regions is not None:
+        context.regions.wake(state.position[:, drops])
 
 
 def _part_sleepers(context: StepContext, clock: StepClock, state: FluidState, elapsed: float, driven: bool) -> None:

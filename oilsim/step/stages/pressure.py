@@ -91,10 +91,12 @@ def _rest(context: StepContext, surface: NDArray[np.uint8], state: FluidState, t
 
 
 def project_velocity(
-    context: StepContext, neighbors: Neighbors, sums: NeighborSums, pairs: PairArrays, state: FluidState, operator: PressureOperator
+    context: StepContext, neighbors: Neighbors, sums: NeighborSums, pairs: PairArrays, state: FluidState, operator: PressureOperator,
+    minor: list[Index],
 ) -> tuple[int, float]:  # fmt: skip
     """Take compression off the velocities, bodies responding, by a change of the pressure that `apply_last_pressure` has begun with.
 
+    minor: the particles of each lesser liquid, with their neighbours (see `minority_phases`), whose compression the solve watches.
     Returns applications of the operator and the mean residual [1].
     """
     config, constants, time_step = context.config, context.constants, state.time_step
@@ -109,7 +111,7 @@ def project_velocity(
     tolerance = config.divergence_tolerance * (FILLED if filled else 1.0)
     level = constants.least_pressure * time_step / constants.reference_density if filled else None
     pressures = Pressures(state.pressure_impulse[: state.listed], -excess, pairs.sums.diagonal)
-    watched = [neighbors.touching, *minority_phases(context, neighbors, state.phase)]
+    watched = [neighbors.touching, *minor]
     used, residual = context.solver.solve(
         operator, pressures, tolerance / time_step, config.divergence_iterations, level, watched, state.awake
     )

@@ -1,0 +1,169 @@
+"""Particles that rise or sink as the drops that they stand for: the drift flux of drops finer than the flow of particles.
+
+A particle among particles of another liquid is a drop. The water has to flow around it, and the particles around it cannot carry that
+flow: the lattice holds it at a tenth of a drop's terminal speed w. What is missing of w is added as a drift flux (Ishii and Zuber 1979;
+Manninen, Taivassalo and Kallio 1996): the drop moves by w relative to the liquid around, and as much volume moves the other way. In
+particles: the drop and the particle that lies s ahead of it change places, at a rate of w / s. That keeps all volumes, the masses and the
+pair's momentum; it frees the energy drho g s V of a volume V, which becomes heat as by the drag on a drop at its terminal speed.
+
+    e = -+ grad p / |grad p|                  the way: against the pressure's gradient for a lighter drop, along it for a heavier one
+    m = number of like particles within 1.6 d         the drop has the volume of 1 + m particles
+    w_missing = f(m) max(0, w(1 + m) - (v - u) . e) (|grad p| / (rho g))^(1/2)
+    chance of a step dt: w_missing dt / s, s = (x_j - x_i) . e
+
+v is the mean velocity of the particle and the like ones within 1.6 d, u that of the other liquid within the kernel's support, so a
+cluster that the particles' own flow carries up is not carried up twice. f falls from 1 to 0 as the cluster grows, and is 0 at the surface
+of a body of liquid. The partner j is the particle of the other liquid nearest to the place d ahead; if that place is taken by
+a like particle, the one nearest to 2 d ahead: the last of a file passes to its front. Draws come from the particle's id and the number of
+the step, so threads, cell order and restarts change nothing. *Modelled.*
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.jit import EXACT, exactly_inlined
+from oilsim.core.phases import Phase
+from oilsim.drops.terminal_speed import terminal_speed
+from oilsim.neighborhood.neighbor_search import nearest_images
+
+Real = NDArray[np.float32]
+CLOSE = 1.6  # [d] within which particles of a liquid are one drop; numerical: between the third and the fourth shell of a lattice
+LARGEST = 13  # [1] like particles within CLOSE in the tables; more there are beside a body of liquid
+# like particles within CLOSE up to which a drop is modelled wholly, and from which it is resolved: in the plane, and in space
+FADING = {2: (3.5, 5.0), 3: (6.0, 11.0)}
+LEAST_AHEAD = 0.5  # [d] that a partner must lie ahead; numerical
+ASSUMED_TENSION = 0.02  # [N/m] between liquids without a tension in the configuration; measured: crude oil on sea water has 0.01 to 0.03
+
+
+def drop_speeds(phases: tuple[Phase, ...], spacing: float, dimension: int, gravity: float) -> Real:
+    """Return w(1 + m) f(m) and w(1 + m), (phases, phases, 2, LARGEST + 1) [m/s], of a drop of the first in the second by m.
+
+    spacing d [m]; gravity [m/s2], 0 or more.
+    """
+    speeds = np.zeros((len(phases), len(phases), 2, LARGEST + 1), np.float32)
+    whole, none = FADING[dimension]
+    for i, drop in enumerate(phases):
+        for j, around in enumerate(phases):
+            if i == j:
+                continue
+            tension = abs(drop.interfacial_tension - around.interfacial_tension) or ASSUMED_TENSION
+            for m in range(LARGEST + 1):
+                size = (
+                    (6.0 / math.pi * (1 + m)) ** (1.0 / 3.0) if dimension == 3 else math.sqrt(4.0 / math.pi * (1 + m))
+                )
+                w = terminal_speed(
+                    size * spacing, around.rest_density, around.dynamic_viscosity,
+                    abs(drop.rest_density - around.rest_density), tension, gravity,
+                )  # fmt: skip
+                fade = min(1.0, max(0.0, (none - m) / (none - whole)))
+                speeds[i, j, :, m] = fade, w
+    return speeds
+
+
+RESTS, WAITS = -1, -2  # in place of a partner's index
+
+
+@exactly_inlined
+def draw(number, step):
+    """Return a random number [0, 1) that hangs on an id and on the number of a step alone (splitmix64, Steele and others 2014)."""
+    z = np.uint64(number) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(step) * np.uint64(0xD1B54A32D192ED03)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z ^= z >> np.uint64(31)
+    return np.float64(z >> np.uint64(11)) * (1.0 / 9007199254740992.0)
+
+
+@exactly_inlined
+def nearest_to(i, fluid, points, period, ahead, distance):
+    """Return the neighbour of particle i nearest to the place `distance` [m] along the unit vector `ahead`, and how far ahead it lies [m].
+
+    -1 without neighbours; fluid: lists of neighbours; points (N, 4) [m]; period as for `nearest_images`.
+    """
+    found, least, length = np.int64(-1), np.float64(np.inf), 0.0
+    first = fluid.start[i]
+    for k in range(first, first + np.int64(fluid.number[i])):
+        j = fluid.neighbor[k]
+        dx, dy, dz = nearest_images(
+            points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2], period
+        )
+        off = (dx - distance * ahead[0]) ** 2 + (dy - distance * ahead[1]) ** 2 + (dz - distance * ahead[2]) ** 2
+        if off < least:
+            found, least = np.int64(j), off
+            length = dx * ahead[0] + dy * ahead[1] + dz * ahead[2]
+    return found, length
+
+
+@njit(**EXACT)
+def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, speeds, scales, partner):
+    """Fill partner (K,) with the index of the particle with which each of the `chosen` (K,) changes place in this step.
+
+    It is `RESTS` for a particle that is no drop on its way, and `WAITS` for one whose turn has not come.
+
+    neighborhood: the `Neighborhood`; liquid: phase (N,) and id (N,) of the particles, and densities of the phases [kg/m3]; velocity (3, N)
+    [m/s]; kappa (N,) pressure impulse [m2/s]; speeds: see `drop_speeds` [1, m/s]; scales: spacing [m], length of the step [s], slope of
+    kappa in liquid at rest [m/s], dimension, number of the step.
+    """
+    points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
+    phase, identity, densities = liquid
+    spacing, time_step, at_rest, dimension, number = scales
+    near = (CLOSE * spacing) ** 2
+    for n in range(begin, end):
+        i = chosen[n]
+        partner[n] = RESTS
+        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
+        alike, unlike = 0, 0
+        gx = gy = gz = ux = uy = uz = around = 0.0
+        vx, vy, vz = np.float64(velocity[0, i]), np.float64(velocity[1, i]), np.float64(velocity[2, i])
+        for k in range(first, last):
+            j = fluid.neighbor[k]
+            dx, dy, dz = nearest_images(
+                points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2], period
+            )
+            square = np.float64(dx * dx + dy * dy + dz * dz)
+            rise = (kappa[j] - kappa[i]) / (square + 1e-12)
+            gx, gy, gz = gx + rise * dx, gy + rise * dy, gz + rise * dz
+            if phase[j] != phase[i]:
+                unlike += 1
+                around += densities[phase[j]]
+                ux, uy, uz = ux + velocity[0, j], uy + velocity[1, j], uz + velocity[2, j]
+            elif square < near:
+                alike += 1
+                vx, vy, vz = vx + velocity[0, j], vy + velocity[1, j], vz + velocity[2, j]
+        steep = math.sqrt(gx * gx + gy * gy + gz * gz)
+        if unlike == 0 or alike > LARGEST or steep == 0.0:
+            continue
+        way = -1.0 / steep if densities[phase[i]] * unlike < around else 1.0 / steep
+        ahead = way * gx, way * gy, way * gz
+        j, length = nearest_to(i, fluid, points, period, ahead, spacing)
+        if phase[j] == phase[i]:
+            j, length = nearest_to(i, fluid, points, period, ahead, 2.0 * spacing)
+        if phase[j] == phase[i] or length < LEAST_AHEAD * spacing:
+            continue
+        slip = (
+            ahead[0] * (vx / (1 + alike) - ux / unlike)
+            + ahead[1] * (vy / (1 + alike) - uy / unlike)
+            + ahead[2] * (vz / (1 + alike) - uz / unlike)
+        )
+        fade, whole = speeds[phase[i], phase[j], 0, alike], speeds[phase[i], phase[j], 1, alike]
+        steepness = dimension * steep / (at_rest * np.int64(fluid.number[i]))
+        missing = fade * (whole * math.sqrt(steepness) - max(0.0, slip))
+        if missing > 0.0:
+            partner[n] = j if draw(identity[i], number) * length < missing * time_step else WAITS
+
+
+def pairs_of(chosen: NDArray[np.uint32], partner: NDArray[np.int64], identity: NDArray[np.uint32]) -> NDArray[np.int64]:
+    """Return the pairs (2, n) of indices that change places: of particles that are in several pairs, that with the lowest id first."""
+    drawn = np.flatnonzero(partner >= 0)
+    first, second = chosen[drawn].astype(np.int64), partner[drawn]
+    order = np.argsort(identity[first], kind="stable")
+    taken, kept = set[int](), []
+    for one, other in zip(first[order].tolist(), second[order].tolist(), strict=True):
+        if one not in taken and other not in taken:
+            taken |= {one, other}
+            kept.append((one, other))
+    return np.array(kept, np.int64).reshape(-1, 2).T

@@ -1,0 +1,36 @@
+"""The stage of a step in which particles that stand for drops change places with the liquid ahead of them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from oilsim.core.state import FluidState
+from oilsim.drops.drift import RESTS, choose_partners, pairs_of
+from oilsim.step.arrays import Index, Neighbors
+from oilsim.step.context import StepContext
+
+
+def move_drops(
+    context: StepContext, neighbors: Neighbors, minor: list[Index], state: FluidState, time_step: float
+) -> NDArray[np.int64]:
+    """Let drops change places in a step of `time_step` [s]; returns the indices of all drops that are on their way.
+
+    minor: the particles of each lesser liquid with their neighbours (see `minority_phases`).
+    """
+    config, constants = context.config, context.constants
+    assert constants.drop_speeds is not None
+    chosen = np.unique(np.concatenate(minor))
+    partner = np.empty(chosen.size, np.int64)
+    at_rest = math.hypot(*config.gravity) * state.time_step
+    scales = config.particle_spacing, time_step, at_rest, config.dimension, state.steps
+    context.team.run(
+        choose_partners, chosen.size, chosen, neighbors.neighborhood, (state.phase, state.id, constants.densities), state.velocity,
+        state.pressure_impulse, constants.drop_speeds, scales, partner,
+    )  # fmt: skip
+    partner[partner >= neighbors.awake] = RESTS
+    first, second = pairs_of(chosen, partner, state.id)
+    state.swap(first, second, config.rest_volume * constants.densities)
+    return chosen[partner != RESTS].astype(np.int64)
