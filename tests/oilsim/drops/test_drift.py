@@ -15,7 +15,7 @@ from oilsim.core.state import FluidState
 from oilsim.drops.drift import RESTS, choose_partners, draw, pairs_of
 from oilsim.drops.terminal_speed import terminal_speed
 from oilsim.step.context import StepContext
-from oilsim.step.stages.search import search_neighbors
+from oilsim.step.stages.pairs import search_neighbors
 
 Double = NDArray[np.float64]
 D = 0.006
