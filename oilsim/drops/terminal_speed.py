@@ -35,12 +35,13 @@ def terminal_speed(
 ) -> float:
     """Compute the terminal speed [m/s] of a drop.
 
-    diameter [m] of the sphere of its volume; density [kg/m3], viscosity [Pa s] of the liquid around; difference [kg/m3] of the densities,
+    diameter [m] of the sphere of its volume; density [kg/m3], viscosity [Pa s] of the liquid around, 0 in an ideal one; difference [kg/m3] of the densities,
     without sign; tension [N/m] between both; gravity [m/s2].
     """
     if difference <= 0.0 or gravity <= 0.0:
         return 0.0
-    best = 4.0 * density * difference * gravity * diameter**3 / (3.0 * viscosity**2)
-    sphere = sphere_reynolds(best) * viscosity / (density * diameter)
     flattened = math.sqrt(2.0) * (tension * gravity * difference / density**2) ** 0.25
-    return min(sphere, flattened)
+    if viscosity == 0.0:
+        return flattened
+    best = 4.0 * density * difference * gravity * diameter**3 / (3.0 * viscosity**2)
+    return min(sphere_reynolds(best) * viscosity / (density * diameter), flattened)

@@ -41,6 +41,13 @@ def test_a_large_drop_is_flattened_and_rises_at_one_speed() -> None:
     assert (np.diff(speeds) >= 0.0).all()
 
 
+def test_a_drop_in_an_ideal_liquid_is_flattened_at_any_size() -> None:
+    thin, thinner = (
+        terminal_speed(1e-3, difference=100.0, tension=0.02, **(WATER | {"viscosity": mu})) for mu in (0.0, 1e-9)
+    )
+    assert thin == thinner == pytest.approx(math.sqrt(2.0) * (0.02 * 9.81 * 100.0 / 1e6) ** 0.25)
+
+
 def test_nothing_rises_without_gravity_or_a_difference() -> None:
     assert terminal_speed(0.01, difference=0.0, tension=0.02, **WATER) == 0.0
     assert terminal_speed(0.01, difference=100.0, tension=0.02, **(WATER | {"gravity": 0.0})) == 0.0
