@@ -16,18 +16,24 @@ import numpy as np
 _LOGARITHMIC = (
     (73.0, 580.0, (-1.7095, 1.33438, -0.11591)),
     (580.0, 1.55e7, (-1.81391, 1.34671, -0.12427, 0.006344)),
-    (1.55e7, math.inf, (5.33283, -1.21728, 0.19007, -0.007005)),
+    (1.55e7, 5e10, (5.33283, -1.21728, 0.19007, -0.007005)),
 )
 # of the powers of N that give Re below the first of these limits
 _SMALL = (0.0, 1.0 / 24.0, -1.7569e-4, 6.9252e-7, -2.3027e-10)
 
+IDEAL = 1e-9  # [Pa s] as which no viscosity counts: any drop of a millimetre then feels a constant drag coefficient
+
 
 def sphere_reynolds(best: float) -> float:
-    """Compute the Reynolds number [1] of a rigid sphere at its terminal speed from its Best number N [1], 0 or more."""
+    """Compute the Reynolds number [1] of a rigid sphere at its terminal speed from its Best number N [1], 0 or more.
+
+    Beyond the range of the fit its drag coefficient stays.
+    """
     if best < _LOGARITHMIC[0][0]:
         return float(np.polyval(_SMALL[::-1], best))
-    _, _, factors = next(row for row in _LOGARITHMIC if best < row[1])
-    return 10.0 ** float(np.polyval(factors[::-1], math.log10(best)))
+    covered = min(best, _LOGARITHMIC[-1][1])
+    _, _, factors = next(row for row in _LOGARITHMIC if covered <= row[1])
+    return 10.0 ** float(np.polyval(factors[::-1], math.log10(covered))) * math.sqrt(best / covered)
 
 
 def terminal_speed(
@@ -35,13 +41,12 @@ def terminal_speed(
 ) -> float:
     """Compute the terminal speed [m/s] of a drop.
 
-    diameter [m] of the sphere of its volume; density [kg/m3], viscosity [Pa s] of the liquid around, 0 in an ideal one; difference [kg/m3] of the densities,
-    without sign; tension [N/m] between both; gravity [m/s2].
+    diameter [m] of the sphere of its volume; density [kg/m3] and viscosity [Pa s] of the liquid around, 0 if it is ideal; difference
+    [kg/m3] of the densities, without sign; tension [N/m] between both; gravity [m/s2].
     """
     if difference <= 0.0 or gravity <= 0.0:
         return 0.0
     flattened = math.sqrt(2.0) * (tension * gravity * difference / density**2) ** 0.25
-    if viscosity == 0.0:
-        return flattened
+    viscosity = max(viscosity, IDEAL)
     best = 4.0 * density * difference * gravity * diameter**3 / (3.0 * viscosity**2)
     return min(sphere_reynolds(best) * viscosity / (density * diameter), flattened)
