@@ -63,11 +63,12 @@ class _Controls(Participant):
         """Return the vessel's motion as `planar_motion` does."""
         return planar_motion(self._values[f"{self.vessel.name}.pose"], self._values[f"{self.vessel.name}.twist"])
 
-    def _push(self, time: float, wanted: tuple[float, float, float], step_size: float) -> StepResult:
+    def _push(
+        self, time: float, wanted: tuple[float, float, float], step_size: float, heading: float, surge: float
+    ) -> StepResult:
         """Give the wrench from `time` to `time + step_size` [s] by thrusts ahead and to port [N] and a yaw moment [N m] that are wanted."""
         name = self.vessel.name
         pose, twist, rudder = (self._values[f"{name}.{what}"] for what in ("pose", "twist", "rudder"))
-        _, heading, surge, _, _ = planar_motion(pose, twist)
         motion = (pose, twist, self.current(time))
         wrench, given, angle = moved_by(self.vessel, motion, wanted, float(rudder), step_size)
         outputs = dict(zip(("thrust", "side_thrust", "yaw_moment"), given, strict=True))
@@ -161,7 +162,7 @@ class VesselControl(_Controls):
         else:  # its integrals wait, and it will get under way from the speed that it then has
             thrust, side, moment = self._levers(by_hand, surge) if by_hand and self.vessel.engine_runs else (0.0,) * 3
             self._state.ramped_speed = surge
-        return self._push(time, (thrust, side, moment), step_size)
+        return self._push(time, (thrust, side, moment), step_size, heading, surge)
 
     def _take_orders(self, time: float, place: tuple[float, float] | None = None, surge: float = 0.0) -> None:
         """Take the orders of a leg when the leg begins; place (x, y) [m] and speed ahead [m/s], where they are known."""
@@ -300,13 +301,14 @@ class ManualControl(_Controls):
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Choose the wrench that acts from `time` to `time + step_size` [s]."""
+        _, heading, surge, _, _ = self._motion()
         propulsion = self.vessel.propulsion
         thrust = min(max(self._order("thrust"), -propulsion.astern_pull), propulsion.bollard_pull)
         side = min(max(self._order("side_thrust"), -propulsion.side_thrust), propulsion.side_thrust)
         moment = min(max(self._order("yaw_moment"), -propulsion.yaw_moment), propulsion.yaw_moment)
         if not self.vessel.engine_runs:
             thrust, side, moment = 0.0, 0.0, 0.0
-        return self._push(time, (thrust, side, moment), step_size)
+        return self._push(time, (thrust, side, moment), step_size, heading, surge)
 
     def _order(self, what: str) -> float:
         return float(self._values[f"{self.vessel.name}.{what}_order"])

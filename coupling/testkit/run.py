@@ -13,9 +13,9 @@ import trimesh
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.observer_dispatch import Observer
-from coupling.testkit.readings import Basin, History, Live, Readings, history_readings
+from coupling.testkit.readings import Array, Basin, History, Live, Readings, history_readings
 from oilsim import Fluid
-from recordings.model.frame import Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
+from recordings.model.frame import BodyFrame, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
 
 
 class TestRun:
@@ -143,6 +143,14 @@ def describe(name: str, fluid: Fluid, meshes: Mapping[str, trimesh.Trimesh]) -> 
         ),
         meshes={one: MeshDescription(vertices=mesh.vertices, faces=mesh.faces) for one, mesh in meshes.items()},
         boundaries={"tank": np.concatenate(walls).astype(np.float32)} if walls else {},
+    )
+
+
+def body_frame(world: RigidBodyWorld, name: str, wrench: Array) -> BodyFrame:
+    """Return a body's motion now, with the wrench (6,) [N, N m] that the water makes."""
+    pose, twist = world.pose(name), world.twist(name)
+    return BodyFrame(
+        position=pose[:3], orientation=pose[3:], linear_velocity=twist[:3], angular_velocity=twist[3:], wrench=wrench
     )
 
 

@@ -26,10 +26,10 @@ from coupling.solids.surface_sampling import particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
 from coupling.testkit.faults import FaultPlan
 from coupling.testkit.readings import Basin, placed, still_level
-from coupling.testkit.run import TestRun, describe, phase_frames, turnover
+from coupling.testkit.run import TestRun, body_frame, describe, phase_frames, turnover
 from oilsim import Fluid, FluidConfig, block, tank_walls
 from oilsim.fluid.checks import finite
-from recordings.model.frame import BodyFrame, Frame
+from recordings.model.frame import Frame
 
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 STEP = 0.01  # [s]
@@ -248,20 +248,9 @@ class SceneFrames:
         return Frame(
             index=point.index,
             time=point.time,
-            bodies={name: self._body(name) for name in world.body_names},
+            bodies={name: body_frame(world, name, world.wrench(name)) for name in world.body_names},
             scalars=scalars,
             read_phases=lambda: phase_frames(fluid),
-        )
-
-    def _body(self, name: str) -> BodyFrame:
-        world = self._world
-        pose, twist = world.pose(name), world.twist(name)
-        return BodyFrame(
-            position=pose[:3],
-            orientation=pose[3:],
-            linear_velocity=twist[:3],
-            angular_velocity=twist[3:],
-            wrench=world.wrench(name),
         )
 
 

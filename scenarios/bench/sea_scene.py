@@ -13,10 +13,10 @@ from coupling.master.co_simulation import CoSimulation
 from coupling.master.observer_dispatch import CommunicationPoint, Watching
 from coupling.multibody.prescribed_motion import UPRIGHT, Quaternion, Vector
 from coupling.solids.bodies import mass_properties
-from coupling.testkit.run import TestRun
+from coupling.testkit.run import TestRun, body_frame
 from oilsim.loads.morison import FloatingBodies
 from oilsim.sea import Sea, SeaDescription
-from recordings.model.frame import BodyFrame, Frame, MeshDescription, RunDescription
+from recordings.model.frame import Frame, MeshDescription, RunDescription
 from scenarios.setup.at_sea.particle_free import loads_of_mesh
 
 STEP = 0.02  # [s]
@@ -84,13 +84,8 @@ class SeaScene(TestRun):
         self.world.close()
 
     def _frame(self, point: CommunicationPoint) -> Frame:
-        bodies = {}
-        for name in self.world.body_names:
-            pose, twist = self.world.pose(name), self.world.twist(name)
-            bodies[name] = BodyFrame(
-                position=pose[:3], orientation=pose[3:], linear_velocity=twist[:3], angular_velocity=twist[3:],
-                wrench=self.world.sea_wrench(name),
-            )  # fmt: skip
+        world = self.world
+        bodies = {name: body_frame(world, name, world.sea_wrench(name)) for name in world.body_names}
         places = {name: body.position[:2] for name, body in bodies.items()}
         heights = {f"probes/{name}": float(self.sea.elevation(xy, point.time)) for name, xy in places.items()}
         return Frame(index=point.index, time=point.time, bodies=bodies, scalars=heights)

@@ -205,7 +205,7 @@ def interface(number: float | None) -> BodyInterface:
 
 
 @pytest.mark.parametrize(
-    ("number", "faults", "taken_back", "expected"),
+    ("number", "faults", "rolled_back", "expected"),
     [
         (0.05, {}, (), Scheme.EXPLICIT),
         (3.0, {}, (), Scheme.VIRTUAL_MASS),
