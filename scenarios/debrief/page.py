@@ -35,9 +35,8 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, oil_diagram, probe_diagram
 from scenarios.debrief.grade import DESIGN_SPEED, GROSS_SPEED, LETTERS, Grade, criteria_from, grade
 from scenarios.debrief.key_moments import KeyMoment, deck_text, is_technical, key_moments
-from scenarios.debrief.loss_curve import loss_curve
 from scenarios.debrief.measures import over_by_segment
-from scenarios.debrief.recovery_rates import rate_figures, rates_diagram
+from scenarios.debrief.recovery_rates import loss_curve, rate_figures, rates_diagram
 from scenarios.debrief.slick_map import slick_map
 from scenarios.schema.criteria import CriterionSettings
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,8 +24,8 @@ from recordings.model.words import cause_in_words
 from recordings.replay.running_extremes import WORST
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
+from scenarios.schema.liquid import Tank
 from scenarios.setup.boom_lines import track_off_reel
-from scenarios.watch.sea_at_booms import sides_passed
 from scenarios.watch.slick_oil import oil_of_boom, volume_within
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ class BoomScore:
     def _look_out(self, world: RigidBodyWorld, state: BoomState) -> None:
         """Say where the boom or one of its vessels leaves the simulated sea, and where it sails on into a sea that repeats."""
         places = np.concatenate([state.line(), *(world.pose(name)[None, :2] for name in self._vessels)])
-        for side, text, ends in sides_passed(self._tank, places, self._slack, repeats=any(self._period)):
+        for side, text, ends in _sides_passed(self._tank, places, self._slack, repeats=any(self._period)):
             self._tell_once(f"edge {side}", True, text)
             self._ended |= ends
 
@@ -351,6 +351,23 @@ class BoomScore:
             "oil_in_area_m3": values.get("oil_in_area"),
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }
+
+
+def _sides_passed(
+    tank: Tank, places: NDArray[np.float64], slack: float, *, repeats: bool = True
+) -> Iterator[tuple[str, str, bool]]:
+    """Yield each side that some of the places (N, 2) [m] are beyond, what that means in words, and whether it ends the scoring.
+
+    Places up to `slack` [m] beyond a side do not count: an end that is made fast there swings a little. repeats: whether the water repeats
+    beyond the tank's periodic sides; a sea by formulas goes on there.
+    """
+    for place, axis, low, high in zip(places.T, "xy", tank.lower, tank.upper, strict=False):
+        for side, way in ((f"-{axis}", low - place.min()), (f"+{axis}", place.max() - high)):
+            if way > slack and axis in tank.periodic and repeats:
+                text = f"sails past side {side} of the sea, which repeats every {high - low:g} m"
+                yield side, f"{text}: from here on it may meet its own wake and oil that it has lost", False
+            elif way > slack and side in tank.open:
+                yield side, f"has left the simulated sea through its open side {side}: its scoring ends here", True
 
 
 def _options(name: str, scenario: Scenario, grace: float) -> ContainmentOptions:

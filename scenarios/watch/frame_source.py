@@ -8,12 +8,14 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.master.participant import Causality, Participant
 from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
+from oilsim import Fluid
 from recordings.model.entity_paths import BOOM
 from recordings.model.frame import (
     BodyFrame,
@@ -22,12 +24,12 @@ from recordings.model.frame import (
     PhasesOnRequest,
 )
 from recordings.model.surface import FilmFrame, SurfaceFrame
+from scenarios.schema.probe_settings import PressureProbe, Probe, VelocityProbe, WaveGauge
 from scenarios.setup.boom_lines import paid_out, reel_name
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.moorings import tie_name
 from scenarios.setup.run_description import describe_windows
 from scenarios.setup.simulators import Simulators
-from scenarios.watch.probe_readings import probe_readings
 from scenarios.watch.run_accounts import RunAccounts
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.slick_oil import phase_of
@@ -36,6 +38,10 @@ from scenarios.watch.water_surface import sea_with_windows, tank_surface
 Array = NDArray[np.float64]
 
 SPATIAL = 3  # [1] dimensions of a run that is no slice
+Reading = Callable[[], Mapping[str, float]]
+BodyReading = Callable[[str], tuple[Array, Array]]  # a body's pose (7,) and the fluid's wrench on it (6,)
+
+AXES = ("x", "y", "z")
 
 
 def _pulls(fleet: Fleet) -> dict[str, tuple[str, ...]]:
@@ -63,7 +69,7 @@ class FrameReader:
         self._windows = tuple(describe_windows(simulators))
         self._sea_surface = SeaSurface()
         scenario = simulators.scenario
-        self._probes = probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
+        self._probes = _probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """Return the frame at a communication point; bodies and particles must be asked for before the run goes on."""
@@ -203,3 +209,41 @@ class FrameReader:
         world = self._simulators.world
         assert world is not None  # a probed body is coupled
         return world.pose(name), self._simulators.wrench(name)
+
+
+def _probe_readings(probes: Mapping[str, Probe], fluid: Fluid, body: BodyReading, floor: float) -> Reading:
+    """Return a reading of all probes of a scenario; its series are named ``probes/<name>`` or ``probes/<name>/<component>``.
+
+    floor [m] of the tank, which a wave gauge reads where it is dry.
+    """
+    readings = [_reading(f"probes/{name}", probe, fluid, body, floor) for name, probe in probes.items()]
+    return lambda: {name: value for reading in readings for name, value in reading().items()}
+
+
+def _reading(path: str, probe: Probe, fluid: Fluid, body: BodyReading, floor: float) -> Reading:
+    if isinstance(probe, PressureProbe):
+        points = np.array([probe.point])
+        return lambda: {path: float(fluid.pressure_at(points)[0])}
+    if isinstance(probe, WaveGauge):
+        places = np.array([probe.point])
+        return lambda: {path: max(floor, float(fluid.surface_height_at(places)[0]))}
+    if isinstance(probe, VelocityProbe):
+        points = np.array([probe.point])
+        return lambda: _components(path, AXES, fluid.velocity_at(points)[0])
+    name = probe.body
+    return lambda: _body_components(path, *body(name))
+
+
+def _body_components(path: str, pose: Array, wrench: Array) -> dict[str, float]:
+    """Return position [m], roll, pitch and yaw [deg], force [N] and torque [N m]."""
+    angles = Rotation.from_quat(pose[3:]).as_euler("xyz", degrees=True)
+    return (
+        _components(path, AXES, pose[:3])
+        | _components(path, ("roll_deg", "pitch_deg", "yaw_deg"), angles)
+        | _components(path, [f"force_{axis}" for axis in AXES], wrench[:3])
+        | _components(path, [f"torque_{axis}" for axis in AXES], wrench[3:])
+    )
+
+
+def _components(path: str, names: tuple[str, ...] | list[str], values: Array) -> dict[str, float]:
+    return {f"{path}/{name}": float(value) for name, value in zip(names, values, strict=True)}

@@ -16,9 +16,8 @@ from shapely.geometry import shape
 
 from recordings.export.chosen import every, oil_frames
 from recordings.export.geography import date_at, longitude_latitude
-from recordings.export.geojson import write_geojson
+from recordings.export.geojson import slick_outlines, write_geojson
 from recordings.export.netcdf import write_netcdf
-from recordings.export.outline import slick_outlines
 from recordings.export.tables import write_tables
 from recordings.export.vtk_files import write_vtk
 from recordings.files.errors import RecordingError

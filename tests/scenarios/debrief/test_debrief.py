@@ -30,10 +30,9 @@ from scenarios.cli import main
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.grade import grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
-from scenarios.debrief.loss_curve import loss_by_speed
 from scenarios.debrief.measures import connected, deployed, fed, held, led, over_by_segment, recovered, skimmer, snatch
 from scenarios.debrief.page import write_debrief
-from scenarios.debrief.recovery_rates import rate, rate_figures, rates_diagram
+from scenarios.debrief.recovery_rates import loss_by_speed, rate, rate_figures, rates_diagram
 from scenarios.problems import ScenarioError
 from scenarios.schema.criteria import CRITERIA_OF, CriterionSettings
 
