@@ -21,10 +21,9 @@ def scores_of(exercise: SignalTables) -> dict[str, Signal]:
 
 
 def _scores(boom: str) -> Iterator[Signal]:
-    """Yield volumes of oil, also by cause and by closures; the boom's shape; speeds, of first and gross loss 0 until then."""
-    units = (
-        dict.fromkeys(BoomOil().series(), "m3") | {"oil_contained_share": "1"} | SHAPE | dict.fromkeys(SPEEDS, "m/s")
-    )
+    """Yield volumes of oil, also by cause, and in all by closures; the boom's shape; speeds, of first and gross loss 0 until then."""
+    volumes = [series for series in BoomOil().series() if not series.startswith("oil_lost_modelled/")]
+    units = dict.fromkeys(volumes, "m3") | {"oil_contained_share": "1"} | SHAPE | dict.fromkeys(SPEEDS, "m/s")
     for series, unit in units.items():
         start = 1.0 if series == "oil_contained_share" else 0.0
         name = f"booms.{boom}.{series.replace('/', '.')}"

@@ -626,7 +626,7 @@ def test_a_real_exercise_goes_all_the_way_from_run_to_exports(
         ("export made-up.rrd --netcdf x.nc", "--site is missing, and the scenario has no [site]; allowed: LAT,LON in degrees"),
         ("export made-up.rrd --netcdf x.nc --site north", "--site is 'north', allowed: LAT,LON in degrees"),
         ("export made-up.rrd --netcdf x.nc --site 99,5", "site latitude is 99, allowed: -89 to 89 degrees"),
-        ("export made-up.rrd --netcdf no/such/x.nc --site 58,5", "no/such/x.nc cannot be written: No such file or directory"),
+        ("export made-up.rrd --netcdf no/such/x.nc --site 58,5", "--netcdf is 'no/such/x.nc', which cannot be written"),
         ("debrief made-up.rrd --criteria none.toml", "none.toml: 1 problem file cannot be read: No such file or directory"),
         ("debrief made-up.rrd --criteria made-up.rrd", "made-up.rrd: 1 problem file is not valid TOML"),
     ],

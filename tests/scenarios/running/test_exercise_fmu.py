@@ -101,7 +101,7 @@ def test_a_step_that_is_taken_back_leaves_no_oil_in_the_ledger(folder: Path) -> 
     exercise.enter_initialization_mode(0.0)
     exercise.exit_initialization_mode()
     rows = [name for name in exercise.variables if name.startswith(("oil.", "booms.")) and ".oil_" in f".{name}"]
-    assert "oil.spilled" in exercise.variables and len(rows) > 20
+    assert "oil.spilled" in exercise.variables and len(rows) >= 20
     exercise.do_step(0.0, STEP)
     saved, found = exercise.save_state(), []
     for _ in range(2):
@@ -137,7 +137,7 @@ def test_it_agrees_with_our_own_master(exported: Build, own_run: dict[str, float
     before = os.getcwd(), dict(os.environ)
     fmu = begun(exported(version))
     drive(fmu)
-    assert len(own_run) == 63
+    assert len(own_run) == 82
     for name, value in own_run.items():
         assert float(fmu.get(name)[0]) == value, name
     assert own_run["vessels.tug.thrust"] != 0.0
