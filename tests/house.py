@@ -52,11 +52,13 @@ def imports_of(tree: ast.Module, modules: frozenset[str]) -> set[str]:
 
 
 def circles(graph: dict[str, set[str]]) -> list[tuple[str, str]]:
-    """Return the pairs of folders that import each other, a package's root being a folder too."""
-    folder = {name: name.rpartition(".")[0] for name in graph}
+    """Return the pairs of folders that import each other; a package's own names (`__init__`) may lead into its rooms."""
+    packages = {name.rpartition(".")[0] for name in graph}
+    folder = {name: name if name in packages else name.rpartition(".")[0] for name in graph}
     between: dict[str, set[str]] = defaultdict(set)
     for name, targets in graph.items():
-        between[folder[name]] |= {folder[target] for target in targets} - {folder[name]}
+        own = f"{name}." if name in packages else "\0"
+        between[folder[name]] |= {folder[target] for target in targets if not target.startswith(own)} - {folder[name]}
     return sorted((one, other) for one in between for other in between[one] if one < other and one in between[other])
 
 

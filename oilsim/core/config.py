@@ -45,7 +45,7 @@ STABLE = 0.9
 def swing_time_step(spacing: float, dimension: int, head: float) -> float:
     """Return the longest step [s] in which particles swing stably under a pressure over density `head` [m2/s2]; spacing d [m].
 
-    See `oilsim.step.time_step`.
+    See `oilsim.fluid.time_step`.
     """
     # here, since a fluid is described without compiled code
     from oilsim.neighborhood.smoothing_kernels import lattice_stiffness

@@ -32,12 +32,19 @@ from oilsim.drops.terminal_speed import terminal_speed
 from oilsim.neighborhood.neighbor_search import nearest_images
 
 Real = NDArray[np.float32]
-CLOSE = 1.6  # [d] within which particles of a liquid are one drop; numerical: between the third and the fourth shell of a lattice
-LARGEST = 13  # [1] like particles within CLOSE in the tables; more there are beside a body of liquid
-# like particles within CLOSE up to which a drop is modelled wholly, and from which it is resolved: in the plane, and in space
+# [d] within which particles of a liquid are one drop; numerical; between the third and the fourth shell of a lattice
+CLOSE = 1.6
+# [1] like particles within CLOSE in the tables; layout; more there are beside a body of liquid only
+LARGEST = 13
+# [1] like particles within CLOSE up to which a drop is modelled wholly, and from which on it is resolved, by dimension; numerical; faces of
+# a body of liquid have 5 in a plane and 13 in space, clusters of four have 3
 FADING = {2: (3.5, 5.0), 3: (6.0, 11.0)}
-LEAST_AHEAD = 0.5  # [d] that a partner must lie ahead; numerical
-ASSUMED_TENSION = 0.02  # [N/m] between liquids without a tension in the configuration; measured: crude oil on sea water has 0.01 to 0.03
+# [d] that a partner must lie ahead; numerical; beside the drop it would not rise
+LEAST_AHEAD = 0.5
+# [N/m] between liquids without a tension in the configuration; measured; crude oils on sea water have 0.01 to 0.03
+ASSUMED_TENSION = 0.02
+# [index] in place of a partner; layout; a particle that is no drop on its way, and a drop whose turn has not come
+RESTS, WAITS = -1, -2
 
 
 def drop_speeds(phases: tuple[Phase, ...], spacing: float, dimension: int, gravity: float) -> Real:
@@ -63,9 +70,6 @@ def drop_speeds(phases: tuple[Phase, ...], spacing: float, dimension: int, gravi
                 fade = min(1.0, max(0.0, (none - m) / (none - whole)))
                 speeds[i, j, :, m] = fade, w
     return speeds
-
-
-RESTS, WAITS = -1, -2  # in place of a partner's index
 
 
 @exactly_inlined

@@ -12,16 +12,17 @@ import math
 
 import numpy as np
 
-# limits of N, and factors of the powers of log10 N that give log10 Re; theory: Clift, Grace and Weber 1978, table 5.3
+# [1] limits of N, and factors of the powers of log10 N that give log10 Re; theory; Clift, Grace and Weber 1978, table 5.3
 _LOGARITHMIC = (
     (73.0, 580.0, (-1.7095, 1.33438, -0.11591)),
     (580.0, 1.55e7, (-1.81391, 1.34671, -0.12427, 0.006344)),
     (1.55e7, 5e10, (5.33283, -1.21728, 0.19007, -0.007005)),
 )
-# of the powers of N that give Re below the first of these limits
+# [1] factors of the powers of N that give Re below the first of these limits; theory; the same table
 _SMALL = (0.0, 1.0 / 24.0, -1.7569e-4, 6.9252e-7, -2.3027e-10)
 
-IDEAL = 1e-9  # [Pa s] as which no viscosity counts: any drop of a millimetre then feels a constant drag coefficient
+# [Pa s] as which no viscosity counts; numerical; any drop of a millimetre then feels a constant drag coefficient
+IDEAL = 1e-9
 
 
 def sphere_reynolds(best: float) -> float:

@@ -20,14 +20,14 @@ from oilsim.core.state import FluidState, places_of
 from oilsim.fluid import checks
 from oilsim.fluid.advance_report import AdvanceReport, Unreported
 from oilsim.fluid.emitter import PipeEmitter
+from oilsim.fluid.paper_scheme import paper_step
+from oilsim.fluid.schemes import fall, move, split_step
+from oilsim.fluid.time_step import equal_steps, largest_relative_speed, next_time_step, too_fast
 from oilsim.fluid.views import FluidView
 from oilsim.forcing import Forcing, ForcingView
+from oilsim.stages.explicit import apply_forcings
 from oilsim.step.arrays import StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
-from oilsim.step.paper_scheme import paper_step
-from oilsim.step.schemes import fall, move, split_step
-from oilsim.step.stages.explicit import apply_forcings
-from oilsim.step.time_step import equal_steps, largest_relative_speed, next_time_step, too_fast
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]

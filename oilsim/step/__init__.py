@@ -1,1 +1,1 @@
-"""One time step: its arrays, its stages and their order."""
+"""The arrays, context, lists of neighbours and sleeping regions that the stages of a step share."""

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 # [1] viscosity over sqrt(rho sigma d), below which particles of air beside a surface move by themselves; measured (docs/numerics.md, Air)
 STILL_AIR = 0.04
-FULL = 0.995  # of a tank's particles, from which on liquid counts as filling it; as in `oilsim.step.stages.relaxation`
+FULL = 0.995  # of a tank's particles, from which on liquid counts as filling it; as in `oilsim.stages.relaxation`
 
 
 def fluid_config(scenario: Scenario) -> FluidConfig:

@@ -26,7 +26,7 @@ from rich.console import Console
 from rich.table import Table
 
 from oilsim import AdvanceReport, Fluid
-from oilsim.step.stages import viscosity
+from oilsim.stages import viscosity
 from scenarios.load import load_scenario
 from scenarios.setup.fluid import build_fluid, fill_positions
 

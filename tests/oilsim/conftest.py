@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from oilsim import Fluid, FluidConfig, Phase
 from oilsim.backend import thread_team
 from oilsim.core.state import Confinement
-from oilsim.step import schemes
+from oilsim.fluid import schemes
+from oilsim.fluid.paper_scheme import constrain_density
+from oilsim.stages.pairs import cache_pair_gradients, search_neighbors
+from oilsim.stages.pressure import PressureOperator
+from oilsim.stages.relaxation import relax_positions, sum_neighbors
+from oilsim.stages.viscosity import begin_viscosity
 from oilsim.step.arrays import NeighborSums
-from oilsim.step.paper_scheme import constrain_density
-from oilsim.step.stages.pairs import cache_pair_gradients, search_neighbors
-from oilsim.step.stages.pressure import PressureOperator
-from oilsim.step.stages.relaxation import relax_positions, sum_neighbors
-from oilsim.step.stages.viscosity import begin_viscosity
 
 WATER = Phase(name="water", rest_density=1000.0)
 

@@ -10,8 +10,8 @@ from scipy.integrate import quad
 
 from oilsim import BoundaryParticles, Phase, block, tank_walls
 from oilsim.boundaries.adhesion import adhesion_scale
+from oilsim.fluid.schemes import attract
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
-from oilsim.step.schemes import attract
 from tests.oilsim.conftest import search
 
 

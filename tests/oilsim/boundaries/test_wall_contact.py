@@ -9,7 +9,7 @@ from numba import njit
 from oilsim import block, tank_walls
 from oilsim.boundaries.boundary_particles import wall_coverage
 from oilsim.boundaries.wall_contact import DISTANCES, PLACES, flat_wall
-from oilsim.step.time_step import REACH
+from oilsim.fluid.time_step import REACH
 
 SPACING = 0.1
 STILL = (0.0, 0.0, 0.0)

@@ -9,7 +9,7 @@ import pytest
 
 from oilsim import FluidConfig, Phase, block, cylinder, sphere
 from oilsim.backend.thread_team import Team
-from oilsim.step.time_step import cfl_time_step, equal_steps
+from oilsim.fluid.time_step import cfl_time_step, equal_steps
 
 
 def test_every_problem_is_named():

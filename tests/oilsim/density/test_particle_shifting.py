@@ -15,7 +15,7 @@ from oilsim.density.particle_shifting import (
     shift_balance,
 )
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel_slope_over_q, lattice
-from oilsim.step.stages.explicit import wrap_periodic
+from oilsim.stages.explicit import wrap_periodic
 from tests.oilsim.conftest import disturbed, relax_once, search
 from tests.oilsim.gradients.test_particle_sums import EPSILON, SPACING, fields, linear_field
 

@@ -14,8 +14,8 @@ from oilsim.backend.thread_team import Team
 from oilsim.core.state import FluidState
 from oilsim.drops.drift import RESTS, choose_partners, draw, pairs_of
 from oilsim.drops.terminal_speed import terminal_speed
+from oilsim.stages.pairs import search_neighbors
 from oilsim.step.context import StepContext
-from oilsim.step.stages.pairs import search_neighbors
 
 Double = NDArray[np.float64]
 D = 0.006

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oilsim import Phase, block
-from oilsim.step.stages.relaxation import mean_compression
+from oilsim.stages.relaxation import mean_compression
 from tests.oilsim.conftest import cache, constrain, disturbed, operator_of, prepare, relax_once, search
 
 TWO = (Phase(name="water", rest_density=1000.0), Phase(name="oil", rest_density=800.0))

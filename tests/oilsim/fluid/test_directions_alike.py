@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from oilsim import Phase, block, solid_box, tank_walls
-from oilsim.step.stages.explicit import apply_adhesion, apply_tension
+from oilsim.stages.explicit import apply_adhesion, apply_tension
 from tests.oilsim.conftest import disturbed, prepare
 
 SPACING, HALF = 0.1, 1.0

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from oilsim import FluidError, Phase, PipeEmitter, block, solid_box, tank_walls
 from oilsim.sea import KaimalGusts, SeaForcing, WindDrift
-from oilsim.step.stages.pressure import minority_phases
+from oilsim.stages.pressure import minority_phases
 from tests.seas import shallow_sea
 
 OILY = (

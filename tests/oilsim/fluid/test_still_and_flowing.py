@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
-from oilsim.step.time_step import pressure_head, stable_time_step
+from oilsim.fluid.time_step import pressure_head, stable_time_step
 from tests.oilsim.conftest import WATER, disturbed
 
 DEPTH, GRAVITY = 0.5, 9.81

@@ -6,7 +6,7 @@ import numpy as np
 
 from oilsim import Fluid, FluidConfig, block, tank_walls
 from oilsim.core.state import Confinement
-from oilsim.step.stages.relaxation import VOIDS
+from oilsim.stages.relaxation import VOIDS
 from tests.oilsim.conftest import WATER, disturbed
 
 SPACING, ROW, STEP = 0.05, 130, 0.01

@@ -9,7 +9,7 @@ import pytest
 
 from oilsim import Phase, block, tank_walls
 from oilsim.pressure.coarse_grid import CELL, LEFT
-from oilsim.step.stages.explicit import wrap_periodic
+from oilsim.stages.explicit import wrap_periodic
 from tests.oilsim.conftest import disturbed, operator_of
 
 WATER = Phase(name="water", rest_density=1000.0)

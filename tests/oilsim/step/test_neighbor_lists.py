@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oilsim import BoundaryParticles, tank_walls
-from oilsim.step.stages.explicit import wrap_periodic
+from oilsim.stages.explicit import wrap_periodic
 from tests.oilsim.conftest import search
 
 STILL = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])

@@ -7,8 +7,7 @@ import pytest
 
 from oilsim import BoundaryParticles, block, tank_walls
 from oilsim.core.config import STABLE
-from oilsim.neighborhood.smoothing_kernels import lattice_moment, lattice_stiffness
-from oilsim.step.time_step import (
+from oilsim.fluid.time_step import (
     REACH,
     cfl_time_step,
     equal_steps,
@@ -16,6 +15,7 @@ from oilsim.step.time_step import (
     relative_time_step,
     stable_time_step,
 )
+from oilsim.neighborhood.smoothing_kernels import lattice_moment, lattice_stiffness
 from tests.oilsim.conftest import cache, operator_of, search
 
 SPACING, LIMITS = 0.1, (0.4, 1e-4, 1e-2)

@@ -10,8 +10,8 @@ import pytest
 
 from oilsim import FluidConfig, Phase, block, solid_box, tank_walls
 from oilsim.core.config import STABLE
+from oilsim.fluid.schemes import attract
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice_stiffness
-from oilsim.step.schemes import attract
 from oilsim.tension.interface_stress import smooth_tensions
 from tests.oilsim.conftest import disturbed, prepare
 

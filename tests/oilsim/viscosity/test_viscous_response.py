@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oilsim import Phase, block, solid_box
-from oilsim.step.stages.viscosity import viscous_system
+from oilsim.stages.viscosity import viscous_system
 from oilsim.viscosity.viscous_response import ViscousResponse
 from tests.oilsim.conftest import disturbed, let_viscosity_act, prepare
 

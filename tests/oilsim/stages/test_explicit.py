@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.oilsim.stages.conftest import SPACING, state_of
 
 from oilsim import BoundaryParticles, Phase
 from oilsim.boundaries.adhesion import adhesion_scale
 from oilsim.boundaries.walls import MovingBody
 from oilsim.forcing import ForcingView
-from oilsim.step.stages.explicit import (
+from oilsim.stages.explicit import (
     add_gravity,
     advect,
     apply_adhesion,
@@ -17,8 +18,7 @@ from oilsim.step.stages.explicit import (
     apply_tension,
     wrap_periodic,
 )
-from oilsim.step.stages.pairs import search_neighbors
-from tests.oilsim.step.stages.conftest import SPACING, state_of
+from oilsim.stages.pairs import search_neighbors
 
 WORK, AREA, DISTANCE, STEP = 0.05, 0.01, 0.12, 0.5
 SUPPORT = 2.75 * SPACING

@@ -24,15 +24,15 @@ from oilsim.density.density_constraint import (
     density_push,
     push_reaction,
 )
+from oilsim.fluid.schemes import attract, cache_gradients, fall, find_neighbors, let_viscosity_act, meet_walls, move
 from oilsim.pressure.pressure_gradient import divergence_multiplier
+from oilsim.stages.contact import contact_rule
+from oilsim.stages.explicit import Drive
+from oilsim.stages.pairs import place_points
+from oilsim.stages.pressure import PressureOperator
+from oilsim.stages.viscosity import begin_viscosity
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays, StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
-from oilsim.step.schemes import attract, cache_gradients, fall, find_neighbors, let_viscosity_act, meet_walls, move
-from oilsim.step.stages.contact import contact_rule
-from oilsim.step.stages.explicit import Drive
-from oilsim.step.stages.pairs import place_points
-from oilsim.step.stages.pressure import PressureOperator
-from oilsim.step.stages.viscosity import begin_viscosity
 
 Real = NDArray[np.float32]
 

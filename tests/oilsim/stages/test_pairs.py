@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.oilsim.stages.conftest import SPACING, state_of
 
 from oilsim import Phase, block
 from oilsim.core.state import Confinement
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q, normalisation
+from oilsim.stages.pairs import cache_pair_gradients, search_neighbors
+from oilsim.stages.pressure import PressureOperator, minority_phases
+from oilsim.stages.relaxation import carry_along, confinement, mean_compression, relax_positions
+from oilsim.stages.viscosity import apply_viscosity, begin_viscosity, viscous_system
 from oilsim.step.arrays import NeighborSums, StepArrays
-from oilsim.step.stages.pairs import cache_pair_gradients, search_neighbors
-from oilsim.step.stages.pressure import PressureOperator, minority_phases
-from oilsim.step.stages.relaxation import carry_along, confinement, mean_compression, relax_positions
-from oilsim.step.stages.viscosity import apply_viscosity, begin_viscosity, viscous_system
-from tests.oilsim.step.stages.conftest import SPACING, state_of
 
 DISTANCE, SUPPORT, VOLUME = 0.09, 2.75 * SPACING, SPACING**3
 PAIR = [[0.0, 0.0, 0.0], [DISTANCE, 0.0, 0.0]]

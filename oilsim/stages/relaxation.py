@@ -34,10 +34,10 @@ from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
+from oilsim.stages.contact import plate_guard
+from oilsim.stages.pairs import place_points
 from oilsim.step.arrays import Neighbors, NeighborSums
 from oilsim.step.context import StepContext
-from oilsim.step.stages.contact import plate_guard
-from oilsim.step.stages.pairs import place_points
 
 # [1] share of the particles that may be near a surface while the liquid still counts as filling its box; measured; see docs/numerics.md
 VOIDS = 0.005

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from oilsim import Phase, block
-from oilsim.step.stages import viscosity as viscosity_stage
-from oilsim.step.stages.viscosity import viscosity_due
+from oilsim.stages import viscosity as viscosity_stage
+from oilsim.stages.viscosity import viscosity_due
 from oilsim.viscosity.pair_stiffness import viscosity_matrix
 
 SPACING, STEP = 1.0 / 24.0, 0.01

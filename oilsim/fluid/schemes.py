@@ -20,7 +20,7 @@
     move_drops             drops finer than the flow rise or sink by changing places            `stages.drops`
 
 Positions and velocities are constrained apart: a density error is carried to the next step, not converted into motion. The scheme of
-Qiu et al. 2021, which feeds it back, is in `oilsim.step.paper_scheme`. Advection comes first and on its own, since bodies and frames may
+Qiu et al. 2021, which feeds it back, is in `oilsim.fluid.paper_scheme`. Advection comes first and on its own, since bodies and frames may
 cut it in pieces (see `Fluid.advance`). Stages take the arrays that they read, and return what they make; this file alone knows their order,
 their clock, and where their results go.
 """
@@ -31,24 +31,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.core.state import FluidState
+from oilsim.stages.contact import apply_wall_contact
+from oilsim.stages.drops import move_drops
+from oilsim.stages.explicit import Drive, add_gravity, advect, apply_adhesion, apply_tension, press_films, wrap_periodic
+from oilsim.stages.pairs import cache_pair_gradients, search_neighbors
+from oilsim.stages.pressure import apply_last_pressure, minority_phases, project_velocity
+from oilsim.stages.relaxation import relax_positions
+from oilsim.stages.viscosity import ViscousStep, apply_viscosity, begin_viscosity, viscous_system
 from oilsim.step.arrays import Index, StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
 from oilsim.step.momentum_projection import MomentumProjection
-from oilsim.step.stages.contact import apply_wall_contact
-from oilsim.step.stages.drops import move_drops
-from oilsim.step.stages.explicit import (
-    Drive,
-    add_gravity,
-    advect,
-    apply_adhesion,
-    apply_tension,
-    press_films,
-    wrap_periodic,
-)
-from oilsim.step.stages.pairs import cache_pair_gradients, search_neighbors
-from oilsim.step.stages.pressure import apply_last_pressure, minority_phases, project_velocity
-from oilsim.step.stages.relaxation import relax_positions
-from oilsim.step.stages.viscosity import ViscousStep, apply_viscosity, begin_viscosity, viscous_system
 
 
 def split_step(
