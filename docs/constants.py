@@ -85,7 +85,7 @@ class Constant:
             return f"`{self.expression}`"
         module = importlib.import_module(".".join(self.file.relative_to(ROOT).with_suffix("").parts))
         value = getattr(module, self.name)
-        return ", ".join(f"{float(v):.6g}" for v in value) if isinstance(value, tuple) else f"{float(value):.6g}"
+        return ", ".join(f"{float(number):.6g}" for number in _flat(value))
 
 
 def is_number(node: ast.expr) -> bool:
@@ -138,6 +138,11 @@ def constants_of(file: Path) -> Iterator[Constant]:
 def all_constants() -> list[Constant]:
     """Find the uppercase numbers of all modules of the fluid, in the order of their files."""
     return [constant for file in sorted(PACKAGE.rglob("*.py")) for constant in constants_of(file)]
+
+
+def _flat(value: object) -> list[object]:
+    """The numbers of nested tuples in their order, or the one number."""
+    return [number for part in value for number in _flat(part)] if isinstance(value, tuple) else [value]
 
 
 def main(rooms: list[str]) -> None:

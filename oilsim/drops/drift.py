@@ -36,9 +36,11 @@ Real = NDArray[np.float32]
 CLOSE = 1.6
 # [1] like particles within CLOSE in the tables; layout; more there are beside a body of liquid only
 LARGEST = 13
-# [1] like particles within CLOSE up to which a drop is modelled wholly, and from which on it is resolved, by dimension; numerical; faces of
-# a body of liquid have 5 in a plane and 13 in space, clusters of four have 3
-FADING = {2: (3.5, 5.0), 3: (6.0, 11.0)}
+# [1] like particles within CLOSE up to which a drop in a plane is modelled wholly, and from which on it is resolved; numerical; the face of
+# a body of liquid has 5, a cluster of four 3
+FADING_IN_A_PLANE = (3.5, 5.0)
+# [1] the same in space; numerical; the face of a body of liquid has 13
+FADING_IN_SPACE = (6.0, 11.0)
 # [d] that a partner must lie ahead; numerical; beside the drop it would not rise
 LEAST_AHEAD = 0.5
 # [N/m] between liquids without a tension in the configuration; measured; crude oils on sea water have 0.01 to 0.03
@@ -53,7 +55,7 @@ def drop_speeds(phases: tuple[Phase, ...], spacing: float, dimension: int, gravi
     spacing d [m]; gravity [m/s2], 0 or more.
     """
     speeds = np.zeros((len(phases), len(phases), 2, LARGEST + 1), np.float32)
-    whole, none = FADING[dimension]
+    whole, none = FADING_IN_A_PLANE if dimension == 2 else FADING_IN_SPACE
     for i, drop in enumerate(phases):
         for j, around in enumerate(phases):
             if i == j:

@@ -16,9 +16,9 @@ from oilsim.step.context import StepContext
 def move_drops(
     context: StepContext, neighbors: Neighbors, minor: list[Index], state: FluidState, time_step: float
 ) -> NDArray[np.int64]:
-    """Let drops change places in a step of `time_step` [s]; returns the indices of all drops that are on their way.
+    """Let drops change places in a step of `time_step` [s]; returns the indices (n,) of all drops that are on their way.
 
-    minor: the particles of each lesser liquid with their neighbours (see `minority_phases`).
+    minor: indices (K,) of the particles of each minority phase with their neighbours (see `minority_phases`).
     """
     config, constants = context.config, context.constants
     assert constants.drop_speeds is not None

@@ -96,7 +96,7 @@ def project_velocity(
 ) -> tuple[int, float]:  # fmt: skip
     """Take compression off the velocities, bodies responding, by a change of the pressure that `apply_last_pressure` has begun with.
 
-    minor: indices (K,) of the particles of each minority phase, with their neighbours (see `minority_phases`), whose compression the solve watches.
+    minor: indices (K,) of the particles of each minority phase, with their neighbours, whose compression the solve watches too.
     Returns applications of the operator and the mean residual [1].
     """
     config, constants, time_step = context.config, context.constants, state.time_step

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.oilsim.stages.conftest import SPACING, state_of
 
 from oilsim import BoundaryParticles, Phase
 from oilsim.boundaries.adhesion import adhesion_scale
@@ -19,6 +18,7 @@ from oilsim.stages.explicit import (
     wrap_periodic,
 )
 from oilsim.stages.pairs import search_neighbors
+from tests.oilsim.stages.conftest import SPACING, state_of
 
 WORK, AREA, DISTANCE, STEP = 0.05, 0.01, 0.12, 0.5
 SUPPORT = 2.75 * SPACING

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from tests.oilsim.stages.conftest import state_of
 
 from oilsim import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
 from oilsim.stages.pairs import search_neighbors
+from tests.oilsim.stages.conftest import state_of
 
 
 def listed(pairs, i):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.oilsim.stages.conftest import SPACING, state_of
 
 from oilsim import Phase, block
 from oilsim.core.state import Confinement
@@ -14,6 +13,7 @@ from oilsim.stages.pressure import PressureOperator, minority_phases
 from oilsim.stages.relaxation import carry_along, confinement, mean_compression, relax_positions
 from oilsim.stages.viscosity import apply_viscosity, begin_viscosity, viscous_system
 from oilsim.step.arrays import NeighborSums, StepArrays
+from tests.oilsim.stages.conftest import SPACING, state_of
 
 DISTANCE, SUPPORT, VOLUME = 0.09, 2.75 * SPACING, SPACING**3
 PAIR = [[0.0, 0.0, 0.0], [DISTANCE, 0.0, 0.0]]
