@@ -17,7 +17,7 @@ from scenarios.cli import main
 FOLDER = Path(__file__).with_name("pictures")
 SIZE = (1200, 750)
 WINDOW = (
-    "run.detail=window", "run.communication_step=0.05", "fluid.particle_spacing=0.08", "fluid.sleep_speed=0.03", "window.target=main",
+    "run.communication_step=0.05", "fluid.particle_spacing=0.08", "fluid.sleep_speed=0.03", "window.target=main",
     "window.size=[3.2, 3.2]", "window.depth=0.6", "window.rim=0.6",
 )  # fmt: skip
 RUNS: dict[str, list[str]] = {

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from oilsim.core.config import FURTHEST, longest_time_step
 from oilsim.core.phases import EXPLICIT_UP_TO, RIGHT_ANGLE
 from oilsim.core.quantity import SHORTEST_DIRECTION
 from oilsim.sea.flows import ALONG
+from recordings.model.exercise import GROUND
 from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems
@@ -28,6 +29,7 @@ from scenarios.schema.liquid import (
     FluidSettings,
     PhaseSettings,
     PipeEmitterSettings,
+    SlabFill,
     Tank,
     afloat_problems,
     air_problems,
@@ -40,8 +42,8 @@ from scenarios.schema.moorings import MooringSettings, TieSettings, fast_water_p
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
-from scenarios.schema.run_settings import RunSettings, SiteSettings
-from scenarios.schema.sea import SeaSettings, ShoreSettings, shore_problems
+from scenarios.schema.run_settings import Fidelity, RunSettings, SiteSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.window import WindowTable, window_place
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
@@ -92,10 +94,24 @@ class Parts:
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
     site: SiteSettings | None = None
+    fidelity: Fidelity | None = None
+    fidelities: Mapping[str, object] | None = None
+
+    @property
+    def boxes(self) -> frozenset[str]:
+        """The kind of box that the run has particles in, "tank" or "window"; empty without any."""
+        kinds = () if self.fidelity == "none" else ("window", "tank")
+        return frozenset([kind for kind in kinds if kind in self.given][:1])
+
+    def as_run(self) -> Parts:
+        """Return the parts with those boxes alone that the run has."""
+        tank, window = self.tank if "tank" in self.boxes else None, self.window if "window" in self.boxes else {}
+        return replace(self, tank=tank, window=window)
 
 
 def problems_between(parts: Parts) -> Iterator[Problem]:
     """Yield every problem that concerns more than one table."""
+    parts = parts.as_run()
     yield from _names(parts)
     yield from _references(parts)
     yield from mooring_problems(parts.moorings, parts.booms, parts.names)
@@ -110,17 +126,17 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     yield from _floating(parts)
-    detail = None if parts.run is None else parts.run.detail
-    yield from fast_water_problems(parts.booms, parts.moorings, parts.ties, detail, "shore" in parts.given)
-    yield from _skimmers(parts)
-    yield from shore_problems(parts.shore, parts.sea, parts.run, parts.names["bodies"])
+    meets_particles = bool(parts.boxes)
+    yield from fast_water_problems(parts.booms, parts.moorings, parts.ties, meets_particles, "shore" in parts.given)
+    yield from _felt_by_formulas(parts)
+    yield from _fidelity(parts)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         if parts.tank is not None:
             yield from air_problems(parts.phases, parts.fluid, parts.tank, _under_the_sky(parts))
         yield from _explicit(parts.fluid, parts.phases.values())
         yield from _contact_angles(parts, parts.fluid)
-    if parts.sea is not None and parts.run is not None and parts.run.has_particles:
+    if parts.sea is not None and parts.tank is not None:
         yield from _sea_in_a_tank(parts.sea, parts.fluid, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
@@ -138,25 +154,50 @@ def body_names(parts: Parts) -> tuple[str, ...]:
     return (*parts.names["bodies"], *vessels, *segments)
 
 
+def _fidelity(parts: Parts) -> Iterator[Problem]:
+    """Check that the exercise offers the fidelity that is asked for."""
+    changes, tables = (
+        set(parts.fidelities or ()),
+        {"live": "a table [fidelities.live]", "fine": "[tank], [window], or [fidelities.fine]"},
+    )
+    live = "live" in changes or any(one.spacing == "live" for one in parts.window.values())
+    fine = "fine" in changes or bool(parts.boxes)
+    offers = [name for name, there in (("live", live), ("fine", fine), ("none", True)) if there]
+    if parts.fidelity is not None and parts.fidelity not in offers:
+        text = f"is {parts.fidelity!r}, allowed in this exercise: {', '.join(offers)}; {parts.fidelity} needs {tables[parts.fidelity]}"
+        yield Problem("fidelity", text)
+    for name in sorted(changes - {"live", "fine", "none"}):
+        yield Problem(f"fidelities.{name}", "is no fidelity, allowed: tables live, fine and none")
+
+
+def _felt_by_formulas(parts: Parts) -> Iterator[Problem]:
+    """Check what only formulas feel: a shore and a tide where no particles are, skimmers outside a tank; and what carries skimmers."""
+    tide = parts.sea is not None and parts.sea.tide is not None
+    for path, given in (("shore", parts.shore is not None), ("sea.tide", tide)):
+        if given and parts.boxes:
+            yield Problem(path, "is given, allowed: at the fidelity none")
+    if parts.shore is not None and GROUND in parts.names["bodies"]:
+        yield Problem(f"bodies.{GROUND}", "has the name of the [shore], allowed: another name")
+    segments = {name: parts.booms[name].segments if name in parts.booms else 0 for name in parts.names["booms"]}
+    yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
+    if parts.names["skimmers"] and "tank" in parts.boxes:
+        yield Problem("skimmers", "is given, allowed: without a tank; skimmers take parcels, not particles")
+
+
 def _window(parts: Parts) -> Iterator[Problem]:
-    """Yield problems of windows: a run that asks for one and has none, and what each may not be."""
-    is_used = parts.run is not None and parts.run.detail == "window"
-    if is_used and "window" not in parts.given:
-        yield Problem("run.detail", 'is "window", allowed: with a table [window], or "particles" or "none"')
-    if is_used and parts.run is not None and parts.run.budget:
-        yield Problem(
-            "run.budget", 'is true, allowed with run.detail = "window": false; a window keeps no account of causes'
-        )
-    if is_used and parts.fluid is not None:
+    """Yield problems of windows: what each may not be."""
+    if parts.window and parts.run is not None and parts.run.budget:
+        yield Problem("run.budget", "is true, allowed with a window: false; a window keeps no account of causes")
+    if parts.window and parts.fluid is not None:
         yield from _sea_decides(parts.fluid)
     for name, window in parts.window.items():
         place = window_place(name, parts.window)
         if not re.fullmatch(NAME_PATTERN, name):
             yield Problem("window", f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
-        yield from _one_window(place, window, parts, is_used)
+        yield from _one_window(place, window, parts)
 
 
-def _one_window(place: str, window: WindowTable, parts: Parts, is_used: bool) -> Iterator[Problem]:
+def _one_window(place: str, window: WindowTable, parts: Parts) -> Iterator[Problem]:
     """Yield problems of the window described at a `place` of the file: its target, its size, and particles coarser than a skirt."""
     targets = (*parts.names["booms"], *parts.names["vessels"], *parts.names["bodies"])
     if isinstance(window.target, str) and window.target not in targets:
@@ -165,11 +206,11 @@ def _one_window(place: str, window: WindowTable, parts: Parts, is_used: bool) ->
     if parts.fluid is None:
         return
     yield from (problem.below(place) for problem in window.problems_with(parts.fluid))
-    if isinstance(window.detail, str):
+    if isinstance(window.spacing, str):
         return
-    spacing = window.spacing(parts.fluid)
-    key = "fluid.particle_spacing" if window.detail is None else f"{place}.detail"
-    for name, boom in parts.booms.items() if is_used else ():
+    spacing = window.spacing_in(parts.fluid)
+    key = "fluid.particle_spacing" if window.spacing is None else f"{place}.spacing"
+    for name, boom in parts.booms.items():
         if boom.skirt_depth < spacing:
             text = f"is {spacing:g} m, allowed in a window: up to the skirt of boom {name!r}, {boom.skirt_depth:g} m"
             yield Problem(key, text)
@@ -211,8 +252,7 @@ def _names(parts: Parts) -> Iterator[Problem]:
                 yield Problem(table, f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
     if not parts.names["phases"]:
         yield Problem("phases", "is empty, allowed: one phase or more")
-    bare = parts.run is not None and not parts.run.has_particles
-    if not parts.names["fill"] and not parts.names["emitters"] and not bare:
+    if not parts.names["fill"] and not parts.names["emitters"] and "tank" in parts.boxes:
         yield Problem("fill", "is empty and so is emitters, allowed: liquid in one of them")
 
 
@@ -335,27 +375,22 @@ def _inside(path: str, extent: tuple[Vector, Vector], tank: Tank) -> Iterator[Pr
 def _floating(parts: Parts) -> Iterator[Problem]:
     """Check that oil floats where closures, or a sea of formulas, go by it."""
     yield from lost_oil_problems(parts.phases, [n for n, boom in parts.booms.items() if boom.losses == "closures"])
-    if parts.run is not None and not parts.run.has_particles and len(parts.phases) == len(parts.names["phases"]):
+    if "tank" not in parts.boxes and len(parts.phases) == len(parts.names["phases"]):
         used = {entry.phase for entry in (*parts.fill.values(), *parts.emitters.values())}
         told = any(boom.losses == "closures" for boom in parts.booms.values())
-        yield from floating_oil_problems(parts.phases, used, parts.run.detail, told)
-        if parts.tank is not None and parts.sea is not None and parts.run.detail == "none":
+        yield from floating_oil_problems(parts.phases, used, told)
+        for name, fill in parts.fill.items() if "tank" not in parts.given else ():
+            if isinstance(fill, SlabFill):
+                yield Problem(f"fill.{name}.shape", 'is "slab", allowed without a tank: a shape that has sides')
+        if parts.sea is not None and not parts.boxes:
             level = top_of_water(parts.fill, parts.phases) if parts.sea.level is None else parts.sea.level
-            yield from afloat_problems(parts.fill, parts.phases, parts.tank, level or 0.0)
-
-
-def _skimmers(parts: Parts) -> Iterator[Problem]:
-    """Check what carries skimmers, and that the run has no particles, which they cannot take."""
-    segments = {name: parts.booms[name].segments if name in parts.booms else 0 for name in parts.names["booms"]}
-    yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
-    if parts.names["skimmers"] and parts.run is not None and parts.run.has_particles:
-        yield Problem("skimmers", 'is given, allowed: with run.detail = "none"; skimmers take parcels, not particles')
+            yield from afloat_problems(parts.fill, parts.phases, level or 0.0)
 
 
 def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
     """Check pipes and skirts against a particle; windows say so themselves, of their own particles."""
     d = fluid.particle_spacing
-    if parts.run is not None and parts.run.detail != "particles":  # no pipe or skirt meets particles of this size
+    if "tank" not in parts.boxes:  # no pipe or skirt meets particles of this size
         return
     for name, boom in parts.booms.items():
         if boom.skirt_depth < d:
@@ -365,7 +400,7 @@ def _sizes(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
         if emitter.radius < 0.5 * d:
             text = f"is {emitter.radius:g}, allowed: {0.5 * d:g} m or more, half of fluid.particle_spacing"
             yield Problem(f"emitters.{name}.radius", text)
-        if emitter.volume is not None and emitter.volume <= 0.5 * d**3 and parts.run and parts.run.has_particles:
+        if emitter.volume is not None and emitter.volume <= 0.5 * d**3:
             text = f"is {emitter.volume:g}, allowed: above {0.5 * d**3:g} m3, half a particle"
             yield Problem(f"emitters.{name}.volume", text)
 

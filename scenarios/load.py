@@ -18,6 +18,7 @@ from scenarios.schema.parsing.structuring import COMPASS, structure
 from scenarios.schema.window import ALONE, WindowTable, tables_by_name
 from scenarios.text.toml import read_toml_file
 
+CHOICES = {"fidelity": "fidelities", "level": "levels"}  # tables of the changes of each
 LEVELS = ("easy", "hard")  # beside the scenario as it stands, which is "normal"
 
 
@@ -148,7 +149,8 @@ def _changed(data: dict[str, Any], overrides: Sequence[str], demo: bool) -> dict
             changes.append(parse_override(override))
         except ScenarioError as error:
             problems.extend(error.problems)
-    data = _at_level(data, [value for keys, value in changes if keys == ("level",)])
+    for choice in ("fidelity", "level"):
+        data = _chosen(data, choice, [value for keys, value in changes if keys == (choice,)])
     for keys, value in changes:
         try:
             data = with_override(data, keys, value)
@@ -159,15 +161,16 @@ def _changed(data: dict[str, Any], overrides: Sequence[str], demo: bool) -> dict
     return data
 
 
-def _at_level(data: dict[str, Any], named: Sequence[Any]) -> dict[str, Any]:
-    """Apply the changes of the level that an override, or else the data, names; ScenarioError where the file does not have it."""
-    level, levels = [data.get("level", "normal"), *named][-1], data.get("levels", {})
-    if level not in LEVELS or not isinstance(levels, Mapping):
-        return data  # a wrong level is found among the fields
-    if level not in levels:
-        text = f"is {level!r}, allowed in this scenario: {', '.join(['normal', *levels])}"
-        raise ScenarioError([Problem("level", text)])
-    return merged(data, levels[level]) if isinstance(levels[level], Mapping) else data
+def _chosen(data: dict[str, Any], choice: str, named: Sequence[Any]) -> dict[str, Any]:
+    """Apply the changes of the level or fidelity that an override, or else the data, names; ScenarioError for a level that it lacks."""
+    table = CHOICES[choice]
+    name, changes = [data.get(choice), *named][-1], data.get(table, {})
+    if not isinstance(name, str) or not isinstance(changes, Mapping):
+        return data  # a wrong one is found among the fields
+    if name not in changes and choice == "level" and name in LEVELS:
+        text = f"is {name!r}, allowed in this scenario: {', '.join(['normal', *changes])}"
+        raise ScenarioError([Problem(choice, text)])
+    return merged(data, changes[name]) if isinstance(changes.get(name), Mapping) else data
 
 
 def _variant_problems(data: Mapping[str, Any], path: Path, demo: bool) -> list[Problem]:

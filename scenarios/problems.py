@@ -19,6 +19,8 @@ MOVED = {
         for kind in ("waves", "current")
         for key in ("lower", "upper", "relaxation_time", "edge")
     },
+    "run.detail": "",
+    "window.detail": "window.spacing",
     "sea.turbulence": "sea.diffusivity",
     "sea.turbulence.diffusivity": "sea.diffusivity",
     "sea.turbulence.stretch": "",
@@ -30,6 +32,8 @@ def moved(path: str) -> str:
     old = max((key for key in MOVED if f"{path}.".startswith(f"{key}.")), key=len, default=None)
     if old is None:
         return ""
+    if old == "run.detail":
+        return 'is no more: a [tank], a [window] or neither says it; allowed: fidelity = "live", "fine" or "none", or --fidelity'
     new = MOVED[old] + path[len(old) :] if MOVED[old] else ""
     return f"is now {new}" if new else "is no more, allowed: without it"
 

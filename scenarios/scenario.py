@@ -25,7 +25,7 @@ from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.probe_settings import Probe
 from scenarios.schema.recovery import SkimmerSettings
-from scenarios.schema.run_settings import CameraSettings, Level, RecordingSettings, RunSettings, SiteSettings
+from scenarios.schema.run_settings import CameraSettings, Fidelity, Level, RecordingSettings, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.training import ExerciseSettings
 from scenarios.schema.window import WindowTable
@@ -39,7 +39,11 @@ class Scenario(Section):
 
     name    name of the scenario; title: one line; text: what the scenario shows, and its source
     fill    liquid at the start, in order
-    window  boxes of particles by name; in a file, one box may be the table [window] itself
+    tank    a box with walls that holds particles; without it and without windows, a run has none
+    window  boxes of particles with rims, by name, which take the place of a tank; in a file, one box may be the table [window] itself
+    fidelity    "live" or "fine": with the boxes of particles that the exercise offers under that name, "none": without any; by default as
+                the file has them
+    fidelities  changes for ``live``, ``fine`` and ``none``, nested like the file; reading a file applies those of its fidelity
     demo    changes that make a run short, nested like the file; ``oilsim run NAME --demo`` applies them
     level   "easy", "normal" or "hard"; reading a file applies the changes that `levels` has under that name
     levels  changes that make the exercise easier or harder, under ``easy`` and ``hard``, nested like the file
@@ -52,7 +56,9 @@ class Scenario(Section):
     run: RunSettings
     fluid: FluidSettings
     phases: Mapping[str, PhaseSettings]
-    tank: Tank
+    fidelity: Fidelity | None = None
+    fidelities: Mapping[str, object] = field(default_factory=dict)
+    tank: Tank | None = None
     fill: Mapping[str, Fill] = field(default_factory=dict)
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     sea: SeaSettings = field(default_factory=SeaSettings)
@@ -83,9 +89,9 @@ class Scenario(Section):
         yield from cross_checks.problems_between(self._parts())
 
     @property
-    def period(self) -> tuple[float, float]:
-        """Length [m] after which the water repeats along x and y; 0 along an axis on which it does not, as that of a sea by formulas."""
-        return self.tank.period if self.run.has_particles else (0.0, 0.0)
+    def boxes(self) -> frozenset[str]:
+        """The kind of box that the run has particles in, "tank" or "window"; empty without any."""
+        return self._parts().boxes
 
     def skimmers_at(self, boom: str) -> tuple[str, ...]:
         """Return the names of the skimmers that may take the oil of a boom: on it, or on no boom."""
@@ -98,13 +104,6 @@ class Scenario(Section):
         """Speed pi H / T [m/s] at which the water of the waves swings at the surface of deep water; 0 without waves."""
         height, period = self.sea.height_and_period
         return math.pi * height / period if period else 0.0
-
-    @property
-    def coarsest_spacing(self) -> float | None:
-        """Largest spacing [m] of particles that bodies may meet: that of the tank, or of the windows; None in a run without particles."""
-        if self.run.detail == "window":
-            return max((one.spacing(self.fluid) for one in self.window.values()), default=None)
-        return self.fluid.particle_spacing if self.run.has_particles else None
 
     def _parts(self) -> cross_checks.Parts:
         """Collect the parts of this scenario, for the checks between them."""

@@ -197,7 +197,7 @@ class Readings:
 
     def context(self, *bodies: str, order: float = 1.0) -> Context:
         """Return the circumstances of a measurement of these bodies at the last moment."""
-        spacing = None if self.run.properties.get("detail") == "none" else self.spacing  # a run without particles
+        spacing = None if self.run.properties.get("boxes") == "none" else self.spacing  # a run without particles
         return Context(bodies=bodies, time=self.time, spacing=spacing, order=order)
 
     def body(self, name: str) -> BodyTrack:

@@ -40,7 +40,7 @@ _DISC = np.column_stack([wave(np.linspace(0.0, 2.0 * np.pi, 9)[:-1]) for wave in
 def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
     """Draw the last moment, with the slick outline of the first moment and all tracks."""
     first, last = moments[0], moments[-1]
-    at_sea = replay.run.properties.get("detail") in ("none", "window")  # however long and narrow its slick is
+    at_sea = replay.run.properties.get("boxes") in ("none", "windows")  # however long and narrow its slick is
     side = not at_sea and _seen_from_the_side(last)
     across = (0, 2) if side else (0, 1)
     run = replay.run

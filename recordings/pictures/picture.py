@@ -214,8 +214,8 @@ def _largest(replay: Replay, names: Sequence[str]) -> float:
 
 def _detail(run: RunDescription) -> str:
     """Say what the water is made of."""
-    if run.properties.get("detail") == "none":
+    if run.properties.get("boxes") == "none":
         return "no particles: bodies float by formulas (modelled)"
-    if run.properties.get("detail") == "window":
+    if run.properties.get("boxes") == "windows":
         return f"a window of particles {1000.0 * run.particle_spacing:g} mm apart, outside it formulas and parcels (modelled)"
     return f"particles {1000.0 * run.particle_spacing:g} mm apart"

@@ -65,7 +65,7 @@ class SeaScene(TestRun):
             meshes={
                 one: MeshDescription(vertices=mesh.vertices, faces=mesh.faces) for one, mesh in self._meshes.items()
             },
-            properties={"detail": "none"},
+            properties={"boxes": "none"},
         )
         simulation = CoSimulation(
             [RigidBodyParticipant("bodies", self.world, gives_mobility=False)], [], self._step,

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from scenarios.load import LoadedScenario
-    from scenarios.scenario import Scenario
     from scenarios.setup.cost import Cost
+    from scenarios.setup.resolve import RunSpec
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -27,13 +27,13 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 def _check(options: argparse.Namespace) -> int:
     from scenarios.load import load_scenario
-    from scenarios.setup.at_sea.settling import settled
     from scenarios.setup.cost import estimate
+    from scenarios.setup.resolve import resolve
     from scenarios.text.terminal import terminal
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     try:
-        scenario = settled(loaded.scenario)
+        scenario = resolve(loaded.scenario)
         cost = estimate(scenario)
     except ScenarioError as error:
         raise ScenarioError(error.problems, str(loaded.path)) from error
@@ -59,7 +59,7 @@ def _require_levels(options: argparse.Namespace, loaded: LoadedScenario) -> None
         raise ScenarioError(problems, str(loaded.path))
 
 
-def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
+def _print_cost(console: Console, scenario: RunSpec, cost: Cost) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -70,7 +70,7 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     table = Table(show_header=False)
     table.add_column(style="bold")
     table.add_column(justify="right")
-    for phase, count in cost.particles.items() if scenario.run.has_particles else ():
+    for phase, count in cost.particles.items() if scenario.tanks else ():
         poured = cost.emitted.get(phase, 0)
         volume = (
             f" ({volume_in_words(count * scenario.fluid.particle_spacing**3)})" if scenario.fluid.dimension == 3 else ""
@@ -81,7 +81,7 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
     for name, count in cost.boundary.items():
         table.add_row(f"surface particles of {name}", f"about {count:,}")
     table.add_row("simulated", f"{scenario.run.duration:g} s in about {cost.steps:,} steps")
-    if scenario.run.has_particles:
+    if scenario.tanks:
         given, step = scenario.fluid.maximum_time_step is not None, longest_step(scenario)
         chosen = "set by fluid.maximum_time_step" if given else "by the particle spacing"
         if step < longest_time_step(scenario.fluid):
@@ -94,7 +94,7 @@ def _print_cost(console: Console, scenario: Scenario, cost: Cost) -> None:
         console.print(text, highlight=False, markup=False)
     basis = (
         "particle and step on two x86 cores; splashing takes longer"
-        if scenario.run.has_particles
+        if scenario.tanks
         else "body and step on an x86 core"
     )
     console.print(f"The estimate uses the cost per {basis}.", style="dim")

@@ -97,12 +97,12 @@ def _list_oils(console: Console) -> None:
 # The comment on a table, by its name; tables of named things share the comment of the first one.
 COMMENTS = {
     "exercise": "what the exercise is for: `oilsim list FILE` shows goal and brief, `--notes` the notes, too",
-    "run": 'length of the exercise [s]; detail = "none": full size without particles; "window" or "particles": finer, and slow',
+    "run": "length of the exercise [s]",
     "fluid": "size of the particles [m], where a run has some",
     "phases": "the liquids; `oilsim oils WORD` finds oils, and temperature is that of the water [degrees C]",
     "fill": "oil on the water at the start: corners [m] of a block; its thickness is upper z less lower z",
     "emitters": "pipes and leaks that pour oil; speed [m/s] times the area of the mouth is the rate",
-    "tank": "the part of the sea that pictures show; everything must lie inside it at the start",
+    "tank": "a box with walls, full of particles",
     "sea": "depth [m], current, wind and waves; they go to direction_deg from +x; or use toward_compass and from_compass",
     "shore": "a straight shore of one slope: where its waterline is, and which way is out to sea",
     "tow": "orders to all vessels without legs of their own: speed over the ground, heading, and when they get under way [s]",
@@ -113,11 +113,12 @@ COMMENTS = {
     "skimmers": "skimmers and their storage: nameplate [m3/h], swath [m], storage [m3]",
     "injects": "what happens to the crew: at a time [s], on a condition, or on the instructor's order; see the page Orders",
     "criteria": "how it is graded: limits and weight of each criterion, and why; the debrief shows the keys",
+    "fidelities": "particles that the exercise offers: `oilsim run FILE --fidelity fine`",
     "levels": "changes of the easy and the hard variant: `oilsim run FILE --level hard`",
     "camera": "where pictures are taken from, and at [m]",
     "recording": "frames a simulated second",
     "demo": "changes that make a run short: `oilsim run FILE --demo`",
-    "window": 'the box of particles of a run with run.detail = "window"',
+    "window": "a box of particles that follows a boom, a vessel or a body; with rims for walls",
     "bodies": "rocks, hulks and other bodies",
 }
 

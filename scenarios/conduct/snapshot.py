@@ -91,7 +91,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         "duration": scenario.run.duration,
         "step": scenario.run.communication_step,
         "bearing": 0.5 * math.pi if scenario.site is None else scenario.site.bearing,
-        "bounds": [*scenario.tank.lower[:2], *scenario.tank.upper[:2]],
+        "bounds": [*scenario.domain.lower[:2], *scenario.domain.upper[:2]],
         "vessels": [
             {
                 "name": name,
@@ -118,7 +118,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         ],
         "speeds": {"limit": PRACTICE_SPEED, "steps": NORMAL_SPEEDS},
         "tows": scenario.tow is not None and any(not (one.legs or one.waypoints) for one in scenario.vessels.values()),
-        "modelled": not scenario.run.has_particles,
+        "modelled": not scenario.tanks,
     }
 
 

@@ -19,26 +19,26 @@ FORMULAS = "formulas give the sea and the loads on bodies (modelled)"
 
 def accuracy_notes(replay: JoinedReplay) -> list[str]:
     """List what a reader of the page should know about its accuracy, a sentence or two each."""
-    detail = replay.run.properties.get("detail")
-    notes = [*_of_the_water(replay, str(detail)), *_of_the_recording(replay)]
+    boxes = replay.run.properties.get("boxes")
+    notes = [*_of_the_water(replay, str(boxes)), *_of_the_recording(replay)]
     booms = replay.run.exercise.booms if replay.run.exercise else ()
-    if detail != "none":
+    if boxes != "none":
         notes += [text for boom in booms for text in _of_a_boom(replay, boom)]
     if len(booms) > 1:
         notes.append(
             "Each boom has its own account: oil that one boom lost and another met, or that two booms hold, is in both accounts."
         )
-    return [*notes, *_of_losses(replay, booms, str(detail))] if booms else notes
+    return [*notes, *_of_losses(replay, booms, str(boxes))] if booms else notes
 
 
-def _of_the_water(replay: Replay, detail: str) -> Iterator[str]:
+def _of_the_water(replay: Replay, boxes: str) -> Iterator[str]:
     """Say what the water is made of."""
     apart = f"{1000.0 * replay.run.particle_spacing:.3g} mm apart"
-    if detail == "none":
+    if boxes == "none":
         yield f"The run has no particles: {FORMULAS}, and oil is a slick of parcels."
-    elif detail == "window" and not replay.run.windows:  # of a recording that does not tell them
+    elif boxes == "windows" and not replay.run.windows:  # of a recording that does not tell them
         yield f"The run has a window of particles {apart}. Outside it {FORMULAS}, and oil is a slick of parcels."
-    elif detail == "window":
+    elif boxes == "windows":
         yield from (_window_in_words(one, len(replay.run.windows) > 1) for one in replay.run.windows)
         yield f"Outside the window {FORMULAS}. Oil that is outside, or thinner than a particle, is a slick of parcels."
     else:
@@ -71,10 +71,10 @@ def _of_a_boom(replay: Replay, boom: BoomDescription) -> Iterator[str]:
         yield COARSE_CLOSED if closed else COARSE_ALONE
 
 
-def _of_losses(replay: Replay, booms: Sequence[BoomDescription], detail: str) -> Iterator[str]:
+def _of_losses(replay: Replay, booms: Sequence[BoomDescription], boxes: str) -> Iterator[str]:
     """Say which losses particles resolved, and which were modelled."""
     closed = any(_has_closures(replay, boom) for boom in booms)
-    if detail == "none":
+    if boxes == "none":
         yield (
             "Modelled: all losses, by closures."
             if closed
@@ -84,7 +84,7 @@ def _of_losses(replay: Replay, booms: Sequence[BoomDescription], detail: str) ->
     yield f"The particles resolve {RESOLVED}."
     if not closed:
         yield "Modelled: nothing; closures were off."
-    elif detail == "window":
+    elif boxes == "windows":
         yield f"Modelled: by closures, all losses of oil that is parcels; of oil that is particles, {MODELLED.partition(', ')[2]}."
     else:
         yield f"Modelled: {MODELLED}."

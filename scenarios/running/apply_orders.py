@@ -15,10 +15,10 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
-from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.fleet import course_of, gains_of
 from scenarios.setup.fluid import pipe_of, pipe_problems
 from scenarios.setup.moorings import leg_name, tie_name
+from scenarios.setup.resolve import RunSpec, resolve
 
 if TYPE_CHECKING:
     from oilsim.slick.spill_source import SpillSource
@@ -30,14 +30,14 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
 
     Raises ScenarioError, and changes nothing, if a new part cannot be made. Whether ties are within reach is for `require_reach`.
     """
-    felt = without_particles(scenario)
-    sea = assembly.sea.ordered(scenario)
-    pipes = _new_pipes(assembly, felt)
-    sources = _new_sources(assembly, scenario)
+    spec = resolve(scenario)
+    sea = assembly.sea.ordered(spec)
+    pipes = _new_pipes(assembly, spec)
+    sources = _new_sources(assembly, spec)
     for control in assembly.controls:
-        _steer(assembly, scenario, control)
+        _steer(assembly, spec, control)
         mass = control.vessel.hull.mass_properties.mass
-        gains = gains_of(scenario.vessels[control.vessel.name], mass, felt.orbital_speed)
+        gains = gains_of(scenario.vessels[control.vessel.name], mass, spec.orbital_speed)
         if gains != control.vessel.gains:
             control.retune(gains)
     for station in assembly.parts.controls.values():
@@ -50,18 +50,18 @@ def give_orders(assembly: Assembly, scenario: Scenario) -> None:
     assembly.scoring.take_orders([control.vessel for control in assembly.controls])
     for pipe in pipes:
         assembly.fluid.add_emitter(pipe)
-    for emitter, settings in zip(assembly.fluid.emitters, felt.emitters.values(), strict=True):
+    for emitter, settings in zip(assembly.fluid.emitters, spec.emitters.values(), strict=True):
         emitter.speed = settings.speed
     if assembly.slick is not None:
         from scenarios.setup.at_sea.parcels import rate_of
 
         assembly.slick.sources += sources
         for source in assembly.slick.sources:
-            source.rate = rate_of(scenario.emitters[source.name])
-    assembly.sea.take_orders(scenario, sea)
+            source.rate = rate_of(spec.sources[source.name])
+    assembly.sea.take_orders(spec, sea)
 
 
-def _steer(assembly: Assembly, scenario: Scenario, control: VesselControl) -> None:
+def _steer(assembly: Assembly, scenario: RunSpec, control: VesselControl) -> None:
     """Give a helmsman the course that `scenario` has for its vessel.
 
     The tow's line goes through the vessel's place at the start. Where the tow turns it, or takes the vessel over, that line may be far
@@ -137,7 +137,7 @@ def _change_skimmers(assembly: Assembly, scenario: Scenario) -> None:
         one.skimmer.design = ordered.design(one.skimmer.design.water_density)
 
 
-def _new_pipes(assembly: Assembly, scenario: Scenario) -> list[PipeEmitter]:
+def _new_pipes(assembly: Assembly, scenario: RunSpec) -> list[PipeEmitter]:
     """Create the pipes that the fluid does not have yet; ScenarioError for those that reach into a body or out of the tank."""
     spacing, known = scenario.fluid.particle_spacing, len(assembly.fluid.emitters)
     fresh = dict(islice(scenario.emitters.items(), known, None))
@@ -148,7 +148,7 @@ def _new_pipes(assembly: Assembly, scenario: Scenario) -> list[PipeEmitter]:
     return [pipe_of(settings, spacing) for settings in fresh.values()]
 
 
-def _new_sources(assembly: Assembly, scenario: Scenario) -> list[SpillSource]:
+def _new_sources(assembly: Assembly, scenario: RunSpec) -> list[SpillSource]:
     """Create the sources of oil that the slick does not have yet; none in a run without parcels."""
     if assembly.slick is None:
         return []

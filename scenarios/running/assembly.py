@@ -31,8 +31,8 @@ from scenarios.running.winches import Winches
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
-from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.fleet import Fleet
+from scenarios.setup.resolve import RunSpec, resolve
 from scenarios.setup.run_description import describe_run
 from scenarios.setup.run_sea import RunSea
 from scenarios.setup.simulators import Simulators, build_simulators
@@ -72,7 +72,7 @@ class Assembly:
     the start; level: of the still water [m]; faults: what fails on purpose.
     """
 
-    scenario: Scenario
+    scenario: RunSpec
     solids: tuple[Solid, ...]
     level: float
     fluid: Fluid
@@ -168,7 +168,7 @@ def build(
     `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording. `faults`: what is to
     fail on purpose, beside what the scenario says.
     """
-    scenario = settled(scenario)
+    scenario = resolve(scenario)
     fmus = _fmus(scenario)
     simulators = build_simulators(scenario)
     scenario = simulators.scenario
@@ -239,7 +239,7 @@ def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ..
     )
     for control in controls:
         control.current = partial(_current, simulators, control.vessel)
-        if simulators.scenario.run.has_particles:
+        for _ in simulators.scenario.tanks:
             control.wind = partial(_wind, simulators)
     return controls
 
@@ -257,7 +257,7 @@ def _wind(simulators: Simulators, place: NDArray[np.float64], time: float) -> ND
 
 def _wind_on_bodies(simulators: Simulators) -> WindOnBodies | None:
     """Create the wind on free bodies and booms of a tank; None without wind, or without such bodies. Vessels have theirs from helmsmen."""
-    if simulators.scenario.sea.wind is None or not simulators.scenario.run.has_particles:
+    if simulators.scenario.sea.wind is None or not simulators.scenario.tanks:
         return None
     steered = {body_of(vessel.name) for vessel in simulators.fleet.vessels}
     free = [
@@ -285,7 +285,7 @@ def _parts(
     )
 
 
-def _fmus(scenario: Scenario) -> tuple[Fmu, ...]:
+def _fmus(scenario: RunSpec) -> tuple[Fmu, ...]:
     """Create the FMUs; code for FMUs is imported only if there are some."""
     if not scenario.fmus:
         return ()
@@ -294,7 +294,7 @@ def _fmus(scenario: Scenario) -> tuple[Fmu, ...]:
     return fmu_participants(scenario.fmus)
 
 
-def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
+def _boards(scenario: RunSpec, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
     """Return the board for the signals that FMUs drive, and the one for those that feed them; none without FMUs."""
     if not scenario.fmus:
         return (), ()
@@ -306,7 +306,7 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
 
 
 def _connections(
-    scenario: Scenario,
+    scenario: RunSpec,
     bodies: CoupledBodies,
     controls: Sequence[VesselControl | ManualControl],
     blown: WindOnBodies | None,

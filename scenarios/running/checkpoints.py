@@ -23,13 +23,10 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.running.output_paths import CHECKPOINTS_ENDING, checkpoint_folder
 from scenarios.running.plan import Plan, plan_from
+from scenarios.setup.resolve import resolve
 from scenarios.versions import versions
 
 ENDING = ".npz"
-# [s] simulated between checkpoints where nothing else is said; user; a second of a tank of particles takes ten to calculate
-INTERVAL = 1.0
-# [s] the same without particles; user; a checkpoint takes as long as two seconds of a large exercise
-INTERVAL_WITHOUT_PARTICLES = 10.0
 _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bits depend
 
 
@@ -171,9 +168,7 @@ def checkpoint_writer(folder: Path, plan: Plan) -> Iterator[CheckpointWriter]:
 
 def _steps_between(plan: Plan) -> int:
     """Return the number of communication steps from one checkpoint to the next; 0 if they are written only on request."""
-    interval = plan.scenario.recording.checkpoint_interval
-    if interval is None:
-        interval = INTERVAL if plan.scenario.run.has_particles else INTERVAL_WITHOUT_PARTICLES
+    interval = resolve(plan.scenario).recording.checkpoint_interval or 0.0
     return max(1, round(interval / plan.scenario.run.communication_step)) if interval > 0.0 else 0
 
 

@@ -28,9 +28,9 @@ from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
 from scenarios.scenario import Scenario
-from scenarios.setup.at_sea.settling import settled
 from scenarios.setup.cost import require_memory
-from scenarios.setup.recorder_options import grid, surface_rate, thinning
+from scenarios.setup.recorder_options import grid, thinning
+from scenarios.setup.resolve import RunSpec, numbered, resolve
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import ProgressDisplay
 
@@ -86,7 +86,7 @@ def run_scenario(
     ScenarioError for what cannot be built, RecordingError for a recording that cannot be started. A run that failed or was stopped keeps
     its recording, checkpoints and summary.
     """
-    plan = Plan(scenario=settled(scenario), text=text, overrides=overrides)
+    plan = Plan(scenario=numbered(scenario), text=text, overrides=overrides)
     return _run(plan, None, options or RunOptions(), console or terminal(stderr=True))
 
 
@@ -99,7 +99,7 @@ def resume(restart: Restart, *, options: RunOptions | None = None, console: Cons
 
 
 def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Console) -> int:
-    scenario = plan.scenario
+    scenario = resolve(plan.scenario)
     require_memory(scenario)
     _require_writable(options)
     _require_own_files(plan, restart, options)
@@ -187,7 +187,7 @@ def _branch(restart: Restart | None, options: RunOptions) -> dict[str, str]:
     return {CONTINUES: Branch(recording=relative, index=restart.index, time=restart.time).as_json()}
 
 
-def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
+def _recorder(scenario: RunSpec, options: RunOptions) -> Recorder | None:
     """Create the recorder, if the run is recorded; a run without a recording must not import the recording library."""
     if options.record is None:
         return None
@@ -203,7 +203,7 @@ def _recorder(scenario: Scenario, options: RunOptions) -> Recorder | None:
         scenario.recording.frame_rate,
         precision=grid(scenario),
         every=thinning(scenario),
-        surface_rate=surface_rate(scenario),
+        surface_rate=scenario.recording.surface_rate or 0.0,
         live=live,
     )
 

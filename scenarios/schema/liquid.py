@@ -248,6 +248,10 @@ class Tank(Section):
         return tuple(side for side in SIDES if side not in self.open and side[1] not in self.periodic)
 
 
+# a box with walls, where only heights in it count
+SOMEWHERE = Tank(lower=(-1.0, -1.0, -1.0), upper=(1.0, 1.0, 1.0))
+
+
 def light_problems(phases: Mapping[str, PhaseSettings]) -> Iterator[Problem]:
     """Yield liquids that are lighter than any liquid is."""
     for name, phase in phases.items():
@@ -402,12 +406,10 @@ def top_of_water(fills: Mapping[str, Fill], phases: Mapping[str, PhaseSettings])
     return max(tops + [fill.upper[2] for fill in waters if isinstance(fill, BlockFill)], default=None)
 
 
-def afloat_problems(
-    fills: Mapping[str, Fill], phases: Mapping[str, PhaseSettings], tank: Tank, level: float
-) -> Iterator[Problem]:
+def afloat_problems(fills: Mapping[str, Fill], phases: Mapping[str, PhaseSettings], level: float) -> Iterator[Problem]:
     """Yield oil that starts far from the surface of a sea of formulas, on which it floats; `level` of the still water [m]."""
     for name, fill in fills.items():
-        (*_, low), (*_, high) = fill.extent(tank)
+        (*_, low), (*_, high) = fill.extent(SOMEWHERE)
         if fill.phase in phases and phases[fill.phase].is_oil and not level - AFLOAT <= high <= level + AFLOAT:
             text = (
                 f"reaches from z = {low:g} to {high:g} m, allowed of oil without particles: a top within {AFLOAT:g} m"
@@ -425,19 +427,17 @@ def lost_oil_problems(phases: Mapping[str, PhaseSettings], booms: Collection[str
                 yield Problem(f"booms.{name}.losses", f'{text}, allowed: with lighter oil, else "resolved"')
 
 
-def floating_oil_problems(
-    phases: Mapping[str, PhaseSettings], used: Collection[str], detail: str, told: bool
-) -> Iterator[Problem]:
+def floating_oil_problems(phases: Mapping[str, PhaseSettings], used: Collection[str], told: bool) -> Iterator[Problem]:
     """Yield where oil does not float on a sea of formulas; the sea is of the first phase that is no oil, else of the first of all.
 
-    used: the phases that the run fills in or pours; detail: of the run; told: whether `lost_oil_problems` says so of oil on water.
+    used: the phases that the run fills in or pours; told: whether `lost_oil_problems` says so of oil on water.
     """
     waters = [phase.rest_density for phase in phases.values() if not phase.is_oil]
     for name, phase in phases.items():
         sea = (waters or [one.rest_density for one in phases.values()])[0]
         if name not in used or not phase.is_oil or phase.rest_density < sea:
             continue
-        density, allowed = f"{phase.rest_density:g} kg/m3", f'allowed with run.detail = "{detail}"'
+        density, allowed = f"{phase.rest_density:g} kg/m3", "allowed without a tank"
         if not waters:
             text = f"holds no water under the oil {name!r} of {density}, {allowed}: with a phase of water, denser than this oil"
             yield Problem("phases", text)

@@ -227,15 +227,15 @@ def fast_water_problems(
     booms: Mapping[str, BoomSettings],
     moorings: Mapping[str, MooringSettings],
     ties: Mapping[str, TieSettings],
-    detail: str | None,
+    meets_particles: bool,
     has_shore: bool,
 ) -> Iterator[Problem]:
-    """Yield pockets and reels that the particles of a run's `detail` would take for skirts, and reels whose boom is held twice."""
+    """Yield pockets and reels that particles would take for skirts, and reels whose boom is held twice."""
     for name, boom in booms.items():
-        if detail not in (None, "none"):
+        if meets_particles:
             for part in ("pocket", "reel"):
                 if getattr(boom, part) is not None:
-                    text = 'is given, allowed: with run.detail = "none"; particles would meet a skirt'
+                    text = "is given, allowed: at the fidelity none; particles would meet a skirt"
                     yield Problem(f"booms.{name}.{part}", text)
         if boom.reel is None:
             continue

@@ -17,7 +17,7 @@ USUAL: Mapping[str, tuple[float, float]] = MappingProxyType(USUAL_EFFICIENCY)
 
 @dataclass(frozen=True, kw_only=True)
 class SkimmerSettings(Section):
-    """A skimmer with a mouth on the water, in a run without particles (run.detail = "none"). It takes oil by a closure: *modelled*.
+    """A skimmer with a mouth on the water, outside a tank of particles. It takes oil by a closure: *modelled*.
 
     on          name of the vessel or boom that carries it; without it, it lies still at `place`
     place       (x, y) [m] of its mouth: ahead and to port of midships, or of the middle of a boom's segment; in the world without `on`

@@ -13,6 +13,7 @@ from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section, Vector
 
 Level = Literal["easy", "normal", "hard"]
+Fidelity = Literal["live", "fine", "none"]
 SHORTEST_STEP = 1e-6  # [s] of communication, a thousandth of what impacts need
 MOST_STEPS = 1e9  # communication steps of a run: a year at 30 a second; their times are still told apart
 
@@ -25,8 +26,6 @@ class RunSettings(Section):
     communication_step  [s] after which fluid, bodies and controllers exchange values; where bodies move, the fluid's steps are not longer
     threads             number of threads of the fluid; the default is all cores
     seed                of everything random: gusts, waves, and when injects come
-    detail              "particles" (default); "none": the sea by formulas instead of particles (`oilsim.sea`, `oilsim.loads`); or "window":
-                        the same, with particles in the box of [window]
     budget              true: the summary gives the changes of the liquid's energy and momentum by cause (`oilsim.accounts.ledger`), with
                         energy_residual and momentum_residual, the shares without a cause; false: all three are null
     """
@@ -35,13 +34,7 @@ class RunSettings(Section):
     communication_step: float = quantity("s", default=0.01, at_least=SHORTEST_STEP, at_most=1.0)
     threads: int | None = quantity("", default=None, at_least=1, at_most=1024, whole=True)
     seed: int = quantity("", default=1, at_least=0, whole=True)
-    detail: Literal["particles", "window", "none"] = "particles"
     budget: bool = False
-
-    @property
-    def has_particles(self) -> bool:
-        """True if all liquid is simulated as particles; else the sea is formulas and oil is parcels, outside a window at least."""
-        return self.detail == "particles"
 
     def problems(self) -> Iterator[Problem]:
         """Check that a run has at least one step, and not more than can be counted, written and waited for."""

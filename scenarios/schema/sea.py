@@ -23,10 +23,8 @@ from oilsim.sea import (
     WindDrift,
 )
 from oilsim.sea.flows import heading
-from recordings.model.exercise import GROUND
 from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
-from scenarios.schema.run_settings import RunSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,7 +205,7 @@ class TideSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class ShoreSettings(Section):
-    """A straight shore of one slope, in a run without particles: bodies and booms run aground on it, and oil strands at its waterline.
+    """A straight shore of one slope, at the fidelity none: bodies and booms run aground on it, and oil strands at its waterline.
 
     Current and waves do not feel it: the stream is that of the open water up to the waterline (*modelled*).
 
@@ -273,20 +271,6 @@ class SeaSettings(Section):
         from_ground = self.waves is not None and self.waves.seen_from == "ground"
         if from_ground and not isinstance(self.current, SteadySeaCurrent | None):
             yield Problem("waves.seen_from", "is 'ground', allowed: 'water' on a current that changes with time")
-
-
-def shore_problems(
-    shore: ShoreSettings | None,
-    sea: SeaSettings | None,
-    run: RunSettings | None,
-    bodies: tuple[str, ...],
-) -> Iterator[Problem]:
-    """Yield a shore or a tide that `run` does not feel, and a body with the name of the ground."""
-    for path, given in (("shore", shore is not None), ("sea.tide", sea is not None and sea.tide is not None)):
-        if given and run is not None and run.detail != "none":
-            yield Problem(path, 'is given, allowed: with run.detail = "none"')
-    if shore is not None and GROUND in bodies:
-        yield Problem(f"bodies.{GROUND}", "has the name of the [shore], allowed: another name")
 
 
 def horizontal(speed: float, direction: float) -> Vector:

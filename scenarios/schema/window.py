@@ -18,36 +18,37 @@ ALONE = "window"  # name of the box that is the table [window] itself
 
 @dataclass(frozen=True, kw_only=True)
 class WindowTable(Section):
-    """A box of particles inside the sea, of runs with run.detail = "window"; all other water is formulas (docs/window.md).
+    """A box of particles inside the sea, which has rims for walls; all other water is formulas (docs/window.md).
 
-    Several boxes are tables [window.NAME], each with its own target, size and detail; they may not overlap.
+    Several boxes are tables [window.NAME], each with its own target, size and spacing; they may not overlap. They take the
+    place of a [tank].
 
     target  name of a boom, whose middle the box follows, of a vessel or of a body; or a place (x, y) [m]
-    detail  "live": the finest particles that this machine computes in real time; "fine": 8 to a skirt; or their spacing [m]. It takes the
-            place of fluid.particle_spacing, and of size and depth where these are not given: 21 and 2.7 drafts of the target
+    spacing  [m] of the particles, by default fluid.particle_spacing; "live": the finest that this machine computes in real time;
+             "fine": 8 to a skirt. With it, size and depth may be left out: they are 21 and 2.7 drafts of the target
     size    [m] along x and y
     depth   [m] of its water; the sea's own motion feels no floor there
     rim     [m] width of the zone along each side where what bodies add comes to rest; by default a quarter of the smaller size
     """
 
     target: str | Point2
-    detail: Literal["live", "fine"] | float | None = None
+    spacing: Literal["live", "fine"] | float | None = None
     size: Point2 | None = quantity("m", default=None)
     depth: float | None = quantity("m", default=None, above=0.0)
     rim: float | None = quantity("m", default=None, above=0.0)
 
-    def spacing(self, fluid: FluidSettings) -> float:
-        """Return the spacing [m] of the particles: that of `detail` if it is a number, else that of [fluid]."""
-        return self.detail if isinstance(self.detail, float) else fluid.particle_spacing
+    def spacing_in(self, fluid: FluidSettings) -> float:
+        """Return the spacing [m] of the particles: the own one if it is a number, else that of [fluid]."""
+        return self.spacing if isinstance(self.spacing, float) else fluid.particle_spacing
 
     def settings(self, fluid: FluidSettings) -> WindowSettings:
         """Return the description of the window, with particles as [fluid] has them; ValueError for what cannot be."""
         if self.size is None or self.depth is None:
-            raise ValueError("window: size and depth are not both given, allowed: both, or detail")
+            raise ValueError("window: size and depth are not both given, allowed: both, or spacing")
         return WindowSettings(
             size=self.size,
             depth=self.depth,
-            spacing=self.spacing(fluid),
+            spacing=self.spacing_in(fluid),
             rim=self.rim,
             sleep_speed=fluid.sleep_speed,
             dimension=fluid.dimension,
@@ -56,12 +57,12 @@ class WindowTable(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Yield a spacing that cannot be."""
-        if isinstance(self.detail, float) and not (math.isfinite(self.detail) and self.detail > 0.0):
-            yield Problem("detail", f'is {self.detail} m, allowed: "live", "fine", or above 0')
+        if isinstance(self.spacing, float) and not (math.isfinite(self.spacing) and self.spacing > 0.0):
+            yield Problem("spacing", f'is {self.spacing} m, allowed: "live", "fine", or above 0')
 
     def problems_with(self, fluid: FluidSettings) -> Iterator[Problem]:
-        """Yield what is wrong with the window for these particles; one that `detail` will size is looked at when it is."""
-        if self.detail is not None and (isinstance(self.detail, str) or self.size is None or self.depth is None):
+        """Yield what is wrong with the window for these particles; one that `spacing` will size is looked at when it is."""
+        if self.spacing is not None and (isinstance(self.spacing, str) or self.size is None or self.depth is None):
             return
         try:
             self.settings(fluid)

@@ -7,19 +7,19 @@ from booms.losses.closure_losses import ClosureLosses, LostBoom
 from booms.losses.liquids import ASSUMED_TENSION, OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
-from scenarios.scenario import Scenario
 from scenarios.schema.liquid import PhaseSettings
+from scenarios.setup.resolve import RunSpec
 
 
-def has_closures(scenario: Scenario, boom: str) -> bool:
+def has_closures(scenario: RunSpec, boom: str) -> bool:
     """Tell whether closures act at a boom: its settings ask for them, and there are oil and water."""
     oils = [phase.is_oil for phase in scenario.phases.values()]
     return scenario.booms[boom].losses == "closures" and any(oils) and not all(oils)
 
 
-def closure_losses(scenario: Scenario, boom: str, layout: BoomLayout) -> ClosureLosses | None:
+def closure_losses(scenario: RunSpec, boom: str, layout: BoomLayout) -> ClosureLosses | None:
     """Create the closures of a boom; None where it has none."""
-    if not has_closures(scenario, boom) or not scenario.run.has_particles:
+    if not has_closures(scenario, boom) or not scenario.tanks:
         return None
     settings, spacing = scenario.booms[boom], scenario.fluid.particle_spacing
     breadth = layout.segment.mesh.bounds[:, 1]
@@ -42,7 +42,7 @@ def closure_losses(scenario: Scenario, boom: str, layout: BoomLayout) -> Closure
     )
 
 
-def oils_of(scenario: Scenario) -> dict[str, OilOnWater]:
+def oils_of(scenario: RunSpec) -> dict[str, OilOnWater]:
     """Return the oils of a scenario by the names of their phases, on the first of its waters."""
     water = next(phase.rest_density for phase in scenario.phases.values() if not phase.is_oil)
     return {
@@ -67,7 +67,7 @@ def tension_of(phase: PhaseSettings) -> float:
     return ASSUMED_TENSION if phase.tension is None else phase.tension
 
 
-def assumed_tensions(scenario: Scenario) -> list[str]:
+def assumed_tensions(scenario: RunSpec) -> list[str]:
     """Say which interfacial tension is assumed for each oil that has none, where booms' closures or particles go by it."""
     if not scenario.fluid.interfacial_tension and not any(has_closures(scenario, name) for name in scenario.booms):
         return []

@@ -15,11 +15,11 @@ import numpy as np
 from booms.losses.resolution import blockage_in_words, skirt_in_words
 from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.sea import horizontal
 from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.fleet import bulge_of
+from scenarios.setup.resolve import RunSpec
 
 # [1] cosine up to which a current runs along the line between the ends; numerical; far above rounding
 ALONG = 1e-6
@@ -27,16 +27,16 @@ ALONG = 1e-6
 START_SHARE, START_SLACK = 0.2, 0.02
 
 
-def boom_remarks(scenario: Scenario, level: float) -> dict[str, str]:
+def boom_remarks(scenario: RunSpec, level: float) -> dict[str, str]:
     """Return what is to be said of each boom in water up to `level` [m], by ``skirt main`` or ``blockage main``, and of all: ``start``."""
     return dict(chain(*(_remarks(name, scenario, level) for name in scenario.booms), _start(scenario)))
 
 
-def _start(scenario: Scenario) -> Iterator[tuple[str, str]]:
+def _start(scenario: RunSpec) -> Iterator[tuple[str, str]]:
     """Say that water starts with another velocity than that of a current in a zone, which the closures take everywhere."""
     speed, direction = scenario.sea.steady_current
     booms = [name for name in scenario.booms if has_closures(scenario, name)]
-    if not speed or not scenario.tank.zones or not booms or not scenario.run.has_particles:
+    if not speed or not scenario.domain.zones or not booms:
         return
     ordered = horizontal(speed, direction)
     for name, fill in scenario.fill.items():
@@ -55,7 +55,7 @@ def _start(scenario: Scenario) -> Iterator[tuple[str, str]]:
         return
 
 
-def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str, str]]:
+def _remarks(name: str, scenario: RunSpec, level: float) -> Iterator[tuple[str, str]]:
     yield (
         f"skirt {name}",
         f"boom {name}: {_skirt(scenario, name)}",
@@ -66,7 +66,7 @@ def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str,
     text = blockage_in_words(blockage(name, scenario, level))
     if text:
         yield f"blockage {name}", f"boom {name}: {text}"
-    if scenario.run.has_particles and _is_driven(scenario.booms[name], scenario):
+    if _is_driven(scenario.booms[name], scenario):
         yield (
             f"driven {name}",
             f"boom {name}: it stands where the sea drives the water, also the water that it holds and shelters. "
@@ -74,24 +74,24 @@ def _remarks(name: str, scenario: Scenario, level: float) -> Iterator[tuple[str,
         )
 
 
-def _is_driven(boom: BoomSettings, scenario: Scenario) -> bool:
+def _is_driven(boom: BoomSettings, scenario: RunSpec) -> bool:
     """Tell whether waves or a current drive the particles at an end of the boom."""
     if scenario.sea.waves is None and scenario.sea.current is None:
         return False
-    boxes = [(one.lower, one.upper) for one in scenario.tank.zones.values()] or [(None, None)]
+    boxes = [(one.lower, one.upper) for one in scenario.domain.zones.values()] or [(None, None)]
     return any(
-        all((low or scenario.tank.lower)[k] <= end[k] <= (high or scenario.tank.upper)[k] for k in (0, 1))
+        all((low or scenario.domain.lower)[k] <= end[k] <= (high or scenario.domain.upper)[k] for k in (0, 1))
         for low, high in boxes
         for end in _ends(boom, scenario)
     )
 
 
-def _ends(boom: BoomSettings, scenario: Scenario) -> list[Sequence[float]]:
+def _ends(boom: BoomSettings, scenario: RunSpec) -> list[Sequence[float]]:
     """Return the places (x, y) [m] of the ends, those of their vessels."""
     return [scenario.vessels[end].position if isinstance(end, str) else end for end in boom.ends]
 
 
-def _bulge_in_words(boom: BoomSettings, scenario: Scenario) -> str:
+def _bulge_in_words(boom: BoomSettings, scenario: RunSpec) -> str:
     """Say to which side a boom between fixed points is laid; empty for one with a vessel at an end, and where it is the current's side."""
     first, second = boom.ends
     if isinstance(first, str) or isinstance(second, str):
@@ -109,15 +109,15 @@ def _bulge_in_words(boom: BoomSettings, scenario: Scenario) -> str:
     return text
 
 
-def blockage(name: str, scenario: Scenario, level: float) -> float:
+def blockage(name: str, scenario: RunSpec, level: float) -> float:
     """Compute the share [-] of the water's section that a boom and the hulls that tow it fill, across the way of the water.
 
     The way is that of the tow or of the vessel's first leg under way, or of the current. Open sides do not hold the water in: the share is
     0 where one lies across, and in a run whose sea is formulas. `level` [m] of the still water.
     """
-    boom, tank = scenario.booms[name], scenario.tank
+    boom, tank = scenario.booms[name], scenario.domain
     way = _way(boom, scenario)
-    if way is None or not scenario.run.has_particles:
+    if way is None:
         return 0.0
     across = np.array([-math.sin(way), math.cos(way)])
     axis = int(np.argmax(np.abs(across)))
@@ -131,7 +131,7 @@ def blockage(name: str, scenario: Scenario, level: float) -> float:
     return float(min(1.0, filled / section)) if section > 0.0 else 0.0
 
 
-def _way(boom: BoomSettings, scenario: Scenario) -> float | None:
+def _way(boom: BoomSettings, scenario: RunSpec) -> float | None:
     """Return the direction [rad] in which the boom goes through the water, or the water past it; None if neither moves."""
     for end in boom.ends:
         for leg in scenario.vessels[end].legs if isinstance(end, str) else ():
@@ -144,6 +144,6 @@ def _way(boom: BoomSettings, scenario: Scenario) -> float | None:
     return direction if speed else None
 
 
-def _skirt(scenario: Scenario, boom: str) -> str:
+def _skirt(scenario: RunSpec, boom: str) -> str:
     closed = has_closures(scenario, boom)
     return skirt_in_words(scenario.booms[boom].skirt_depth, scenario.fluid.particle_spacing, has_closures=closed)

@@ -21,10 +21,10 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
-from scenarios.setup.at_sea import particle_free
-from scenarios.setup.at_sea.build_sea import build_sea, deep_to_the_floor
-from scenarios.setup.at_sea.settling import settled
+from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.at_sea.particle_free import left_out as left_out_of
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
+from scenarios.setup.resolve import RunSpec, deep_to_the_floor, resolve
 from scenarios.setup.too_late import never_comes
 
 if TYPE_CHECKING:
@@ -62,16 +62,16 @@ class Cost:
     told: tuple[str, ...] = ()
 
 
-def require_memory(scenario: Scenario) -> None:
+def require_memory(scenario: RunSpec) -> None:
     """Require that this machine's memory can hold the scene, by volumes and areas alone, before anything is built; else ScenarioError."""
     fluid = scenario.fluid
     plane = fluid.dimension == 2
-    counts = {f"fill.{name}": _filled(fill, scenario.tank, plane) for name, fill in scenario.fill.items()}
+    counts = {f"fill.{name}": _filled(fill, scenario.domain, plane) for name, fill in scenario.fill.items()}
     needs = {
         key: BYTES_PER_PARTICLE * measure / fluid.particle_spacing**fluid.dimension for key, measure in counts.items()
     }
     pitch = BOUNDARY_SPACING * fluid.particle_spacing
-    closed = 0.0 if not scenario.run.has_particles else _wall_measure(scenario.tank, plane)
+    closed = sum(_wall_measure(tank, plane) for tank in scenario.tanks)
     needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * closed / pitch ** (fluid.dimension - 1)
     needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(scenario).values())}
     there = memory_there()
@@ -108,9 +108,8 @@ def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
 
 def estimate(scenario: Scenario) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
-    scenario = settled(scenario)
-    missing = (*particle_free.left_out(scenario), *never_comes(scenario))
-    scenario = particle_free.without_particles(scenario)
+    scenario = resolve(scenario)
+    missing = (*left_out_of(scenario), *never_comes(scenario))
     require_memory(scenario)
     positions, left_out, solids, level = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)
@@ -120,8 +119,8 @@ def estimate(scenario: Scenario) -> Cost:
     if windows:
         water = next(name for name, phase in sorted(scenario.phases.items(), key=lambda item: item[1].is_oil))
         particles[water] += sum(one.particle_count for one in windows)
-    emitted = _emitted(scenario) if scenario.run.has_particles else {}
-    boundary = {} if not scenario.run.has_particles else _boundary(scenario, solids)
+    emitted = _emitted(scenario)
+    boundary = _boundary(scenario, solids) if scenario.tanks else {}
     threads = scenario.run.threads or os.cpu_count() or 1
     steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
     remarks, own_steps = _of_windows(scenario, windows, solids, level)
@@ -145,23 +144,23 @@ def estimate(scenario: Scenario) -> Cost:
     )
 
 
-def _windows(scenario: Scenario) -> list[WindowSettings]:
+def _windows(scenario: RunSpec) -> list[WindowSettings]:
     """Return the descriptions of the windows of a run; none without any."""
-    return [one.settings(scenario.fluid) for one in scenario.window.values() if scenario.run.detail == "window"]
+    return [one.settings(scenario.fluid) for one in scenario.window.values()]
 
 
 def _of_windows(
-    scenario: Scenario, windows: Sequence[WindowSettings], solids: Sequence[Solid], level: float
+    scenario: RunSpec, windows: Sequence[WindowSettings], solids: Sequence[Solid], level: float
 ) -> tuple[tuple[str, ...], float]:
     """Return what is to be told of windows, and the mean steps of their particles in each of the communication; 1 without one."""
     if not windows:
         return (), 1.0
-    from scenarios.setup.at_sea.window_choice import (
+    from scenarios.setup.fleet import water_density
+    from scenarios.setup.window_choice import (
         fluid_steps,
         window_facts,
         window_remarks,
     )  # only such a run pays for particles
-    from scenarios.setup.fleet import water_density
 
     sea = build_sea(scenario, water_density(scenario))
     steps = [fluid_steps(scenario, one) for one in windows]
@@ -174,16 +173,17 @@ def _of_windows(
     return (*window_facts(scenario), *window_remarks(scenario, sea), *beyond), mean
 
 
-def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:
+def _start(scenario: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:
     """Return particles by region, the liquid that bodies displace in words, all bodies and, with bodies, the level of the water [m].
 
     Code for bodies is imported only if needed.
     """
     if not (scenario.bodies or scenario.vessels or scenario.booms or scenario.emitters):
         fluid = scenario.fluid
-        positions = starting_positions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
-        top = max((float(one[:, 2].max()) for one in positions.values() if len(one)), default=scenario.tank.lower[2])
-        build_sea(replace(scenario, sea=deep_to_the_floor(scenario, top)))  # for its problems
+        positions = starting_positions(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension)
+        top = max((float(one[:, 2].max()) for one in positions.values() if len(one)), default=scenario.domain.lower[2])
+        if scenario.sea.waves or scenario.sea.current or scenario.sea.wind:
+            build_sea(replace(scenario, sea=deep_to_the_floor(scenario, top)))  # for its problems
         return positions, {}, (), 0.0
     from scenarios.setup.layout import lay_out
 
@@ -191,7 +191,7 @@ def _start(scenario: Scenario) -> tuple[Mapping[str, Array], Mapping[str, str], 
     return layout.positions, layout.left_out, layout.solids, layout.level
 
 
-def _assumed(scenario: Scenario) -> list[str]:
+def _assumed(scenario: RunSpec) -> list[str]:
     """Say which tensions are assumed; the code, which loads trimesh and numba, is imported only for booms and interfaces that pull."""
     if not scenario.booms and not scenario.fluid.interfacial_tension:
         return []
@@ -200,7 +200,7 @@ def _assumed(scenario: Scenario) -> list[str]:
     return assumed_tensions(scenario)
 
 
-def _of_interfaces(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
+def _of_interfaces(scenario: RunSpec, positions: Mapping[str, Array]) -> list[str]:
     """Say what is to be said of air and of interfaces that pull; only they pay for the import."""
     if not scenario.fluid.interfacial_tension:
         return []
@@ -209,11 +209,11 @@ def _of_interfaces(scenario: Scenario, positions: Mapping[str, Array]) -> list[s
     return [*air_remarks(scenario, positions), *interface_remarks(scenario, positions)]
 
 
-def _told(scenario: Scenario, solids: Sequence[Solid], level: float, interfaces: Sequence[str]) -> tuple[str, ...]:
+def _told(scenario: RunSpec, solids: Sequence[Solid], level: float, interfaces: Sequence[str]) -> tuple[str, ...]:
     """List the warnings of fills, interfaces, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
     fluid, assumed = scenario.fluid, [*interfaces, *_assumed(scenario)]
-    fills = tuple(misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension).values())
-    if not solids or not scenario.run.has_particles:
+    fills = tuple(misfits(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension).values())
+    if not solids or not scenario.tanks:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed)
     from scenarios.setup.boom_remarks import boom_remarks
     from scenarios.setup.solids.thin_bodies import thin_bodies, thin_samplings
@@ -226,15 +226,15 @@ def _told(scenario: Scenario, solids: Sequence[Solid], level: float, interfaces:
     )  # fmt: skip
 
 
-def _body_seconds(scenario: Scenario) -> float:
+def _body_seconds(scenario: RunSpec) -> float:
     """Estimate the time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
     moving = sum(not isinstance(body.motion, Fixed) for body in scenario.bodies.values())
     moving += len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
-    each = SECONDS_PER_BODY_STEP if scenario.run.has_particles else SECONDS_PER_FLOATING_BODY_STEP
+    each = SECONDS_PER_BODY_STEP if scenario.tanks else SECONDS_PER_FLOATING_BODY_STEP
     return each * moving * scenario.run.duration / scenario.run.communication_step
 
 
-def _emitted(scenario: Scenario) -> dict[str, int]:
+def _emitted(scenario: RunSpec) -> dict[str, int]:
     """Count the particles that pipes let in until the end, by phase: pi r^2 speed while the pipe is open."""
     d = scenario.fluid.particle_spacing
     emitted: dict[str, int] = {}
@@ -245,11 +245,11 @@ def _emitted(scenario: Scenario) -> dict[str, int]:
     return emitted
 
 
-def _boundary(scenario: Scenario, solids: Sequence[Solid]) -> dict[str, int]:
+def _boundary(scenario: RunSpec, solids: Sequence[Solid]) -> dict[str, int]:
     """Count wall and surface particles: area / the area of each; in a plane, length / the length of each."""
     pitch = BOUNDARY_SPACING * scenario.fluid.particle_spacing
     plane = scenario.fluid.dimension == 2
-    counts = {"tank": round(_wall_measure(scenario.tank, plane) / pitch ** (1 if plane else 2))}
+    counts = {"tank": round(_wall_measure(scenario.domain, plane) / pitch ** (1 if plane else 2))}
     for solid in solids:
         if solid.wetted:
             group = solid.name.split("/")[0]
@@ -266,7 +266,7 @@ def _wall_measure(tank: Tank, plane: bool) -> float:
     return float(sum(np.prod(np.delete(extent, "xyz".index(side[1]))) for side in sides))
 
 
-def longest_step(scenario: Scenario) -> float:
+def longest_step(scenario: RunSpec) -> float:
     """Return the longest step [s] that the settings, the spacing and tensions allow; ScenarioError where they leave none."""
     if not scenario.fluid.interfacial_tension:
         return longest_time_step(scenario.fluid)
@@ -279,7 +279,7 @@ def longest_step(scenario: Scenario) -> float:
     return min(config.longest_time_step, config.capillary_time_step)
 
 
-def _steps(scenario: Scenario, tops: list[float]) -> int:
+def _steps(scenario: RunSpec, tops: list[float]) -> int:
     """Estimate the steps of the fluid from the communication step, the largest step, and the motion of the fastest particle.
 
     Its speed over the whole run is `TYPICAL_SPEED` sqrt(g h), with h the height from the tank's floor to the highest liquid at the start
@@ -287,11 +287,11 @@ def _steps(scenario: Scenario, tops: list[float]) -> int:
     Without particles, steps are those of the communication.
     """
     settings, run = scenario.fluid, scenario.run
-    if not run.has_particles:
+    if not scenario.tanks:
         return math.ceil(run.duration / run.communication_step - 1e-9)
     tops = tops + [pipe.mouth[2] for pipe in scenario.emitters.values()]
     gravity = float(np.linalg.norm(settings.gravity))
-    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - scenario.tank.lower[2]))
+    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - scenario.domain.lower[2]))
     free = settings.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
     step = max(settings.minimum_time_step, min(longest_step(scenario), run.communication_step, free))
     per_communication = math.ceil(run.communication_step / step - 1e-9)

@@ -23,13 +23,13 @@ from booms.deployment import (
     tow_line,
 )
 from scenarios.problems import Problem
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.sea import horizontal
 from scenarios.setup.boom_lines import lay_off_reel, reel_line, reel_name, strung
 from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.placed_solids import Solid
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import ASTERN, Drive, DriveModel
@@ -80,7 +80,7 @@ class Fleet:
         return {end: joint for (name, end), joint in self.tension_joints.items() if name == boom}
 
 
-def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Solid], problems: list[Problem]) -> Fleet:
+def place_fleet(scenario: RunSpec, water_level: float, own_solids: Sequence[Solid], problems: list[Problem]) -> Fleet:
     """Place vessels and booms, afloat at `water_level` [m], and moor them and the `own_solids` of [bodies].
 
     Those that cannot float or be laid are added to `problems`.
@@ -132,18 +132,19 @@ def place_fleet(scenario: Scenario, water_level: float, own_solids: Sequence[Sol
     )
 
 
-def water_density(scenario: Scenario) -> float:
+def water_density(scenario: RunSpec) -> float:
     """Return the density [kg/m3] of the liquid that vessels and booms float in: the first phase that is not oil, else the first."""
     waters = [phase for phase in scenario.phases.values() if not phase.is_oil]
     return (waters or list(scenario.phases.values()))[0].rest_density
 
 
-def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level: float) -> Vessel:
+def _vessel(name: str, settings: VesselSettings, scenario: RunSpec, water_level: float) -> Vessel:
     size = (settings.length, settings.beam, settings.draft, settings.depth)
     mesh = wigley_hull(*size) if settings.shape == "wigley" else raked_barge(*size, rake=RAKE * settings.length)
     hull = float_hull(mesh, settings.draft, water_density=water_density(scenario))
     x, y, z = hull.deck_point(TOW_POINT * settings.length, 0.0)
-    in_wind = scenario.run.has_particles and scenario.sea.wind is not None
+    at_sea = not scenario.tanks
+    in_wind = scenario.sea.wind is not None and not at_sea
     return Vessel(
         name=name,
         hull=hull,
@@ -162,9 +163,9 @@ def _vessel(name: str, settings: VesselSettings, scenario: Scenario, water_level
         engine_runs=any(settings.screws),
         screws=settings.screws,
         drive=None if settings.drive is None else _drive(settings, hull),
-        hull_forces=None if scenario.run.has_particles else HullForces(hull, settings.skeg_area),
+        hull_forces=HullForces(hull, settings.skeg_area) if at_sea else None,
         gains=gains_of(settings, hull.mass_properties.mass, scenario.orbital_speed),
-        superstructure=_superstructure(settings, hull) if in_wind or not scenario.run.has_particles else None,
+        superstructure=_superstructure(settings, hull) if in_wind or at_sea else None,
         windage=Windage(hull.mesh, water_level) if in_wind else None,
     )
 
@@ -206,7 +207,7 @@ def _superstructure(settings: VesselSettings, hull: Hull) -> Superstructure:
     )
 
 
-def course_of(settings: VesselSettings, scenario: Scenario) -> Course | None:
+def course_of(settings: VesselSettings, scenario: RunSpec) -> Course | None:
     """Return a vessel's own course, or that of the tow: it waits in its place, then keeps to the line that begins there."""
     if settings.control == "manual":
         return None
@@ -252,7 +253,7 @@ class _Ends:
 def _layout(
     name: str,
     settings: BoomSettings,
-    scenario: Scenario,
+    scenario: RunSpec,
     places: tuple[Point2, Point2],
     water_level: float,
     line: Array | None,
@@ -272,7 +273,7 @@ def _layout(
 def _laid(
     name: str,
     settings: BoomSettings,
-    scenario: Scenario,
+    scenario: RunSpec,
     vessels: Mapping[str, Vessel],
     water_level: float,
     line: Array | None,
@@ -326,7 +327,7 @@ def _towed(
     return fast[-1].name
 
 
-def _line_of(name: str, scenario: Scenario, vessels: Mapping[str, Vessel], water_level: float) -> Array:
+def _line_of(name: str, scenario: RunSpec, vessels: Mapping[str, Vessel], water_level: float) -> Array:
     """Return the line (S + 1, 2) [m] in which a boom hangs in its stream; ValueError for ends that no such boom has."""
     settings = scenario.booms[name]
     assert settings.stream is not None  # ties need it
@@ -334,7 +335,7 @@ def _line_of(name: str, scenario: Scenario, vessels: Mapping[str, Vessel], water
     return line_in_stream(_boom(settings, scenario), first, second, settings.stream)
 
 
-def bulge_of(settings: BoomSettings, scenario: Scenario) -> Literal["left", "right"]:
+def bulge_of(settings: BoomSettings, scenario: RunSpec) -> Literal["left", "right"]:
     """Return the side to which a boom is laid, seen from its first end: as stated, or down the current between fixed ends."""
     first, second = settings.ends
     if settings.bulge is not None:
@@ -356,7 +357,7 @@ def _require_slack(distance: float, length: float) -> None:
         )
 
 
-def _boom(settings: BoomSettings, scenario: Scenario) -> Boom:
+def _boom(settings: BoomSettings, scenario: RunSpec) -> Boom:
     design = BoomDesign(
         length=settings.length,
         segment_count=settings.segments,

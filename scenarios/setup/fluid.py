@@ -17,11 +17,11 @@ from oilsim.core.phases import weak_depth
 from oilsim.fluid.emitter import HOLD
 from oilsim.sea import Sea, SeaForcing, Zone
 from scenarios.problems import Problem
-from scenarios.scenario import Scenario
 from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank, ZoneSettings
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.setup.boom_losses import has_tension, tension_of
 from scenarios.setup.fill_lattice import Lattice, starting_positions, within
+from scenarios.setup.resolve import RunSpec
 
 Array = NDArray[np.float64]
 
@@ -31,12 +31,12 @@ STILL_AIR = 0.04
 FULL = 0.995  # of a tank's particles, from which on liquid counts as filling it; as in `oilsim.stages.relaxation`
 
 
-def fluid_config(scenario: Scenario) -> FluidConfig:
+def fluid_config(scenario: RunSpec) -> FluidConfig:
     """Create the fluid core's configuration for a scenario's liquid.
 
     Behind a closed side the domain continues for one spacing, so that a particle that is pressed onto the wall does not count as lost.
     """
-    tank, settings = scenario.tank, scenario.fluid
+    tank, settings = scenario.domain, scenario.fluid
     margin = LEAK_MARGIN * settings.particle_spacing
     lower = [low - margin * (f"-{axis}" in tank.closed_sides) for axis, low in zip("xyz", tank.lower, strict=True)]
     upper = [high + margin * (f"+{axis}" in tank.closed_sides) for axis, high in zip("xyz", tank.upper, strict=True)]
@@ -58,7 +58,7 @@ def fluid_config(scenario: Scenario) -> FluidConfig:
     )
 
 
-def air_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
+def air_remarks(scenario: RunSpec, positions: Mapping[str, Array]) -> list[str]:
     """Say where air is too thin for its particles to rest, or leaves room; positions (N, 3) [m] of the particles, by region."""
     remarks, spacing = list[str](), scenario.fluid.particle_spacing
     airs = {name: phase for name, phase in scenario.phases.items() if phase.is_air}
@@ -75,12 +75,12 @@ def air_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]
     return remarks
 
 
-def interface_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> list[str]:
+def interface_remarks(scenario: RunSpec, positions: Mapping[str, Array]) -> list[str]:
     """Say how deep interfaces break up under a free surface, where that is more than the uppermost particles' half a spacing.
 
     positions (N, 3) [m] of the particles, by region.
     """
-    pulls = scenario.fluid.interfacial_tension and scenario.run.has_particles
+    pulls = scenario.fluid.interfacial_tension
     has_air = any(phase.is_air for phase in scenario.phases.values())
     if not pulls or has_air or _filled(scenario, positions) >= FULL:
         return []
@@ -94,18 +94,18 @@ def interface_remarks(scenario: Scenario, positions: Mapping[str, Array]) -> lis
     ]
 
 
-def _filled(scenario: Scenario, positions: Mapping[str, Array]) -> float:
+def _filled(scenario: RunSpec, positions: Mapping[str, Array]) -> float:
     """Return the share of the tank that particles fill; positions (N, 3) [m], by region."""
-    room = Lattice(scenario.tank, scenario.fluid.particle_spacing, scenario.fluid.dimension).count.tolist()
+    room = Lattice(scenario.domain, scenario.fluid.particle_spacing, scenario.fluid.dimension).count.tolist()
     whole = room[0] * room[2] * (1 if scenario.fluid.dimension == 2 else room[1])
     return sum(map(len, positions.values())) / whole
 
 
-def fill_positions(scenario: Scenario, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
+def fill_positions(scenario: RunSpec, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
     """Return particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or at its surface."""
     spacing, dimension = scenario.fluid.particle_spacing, scenario.fluid.dimension
-    positions = starting_positions(scenario.fill, scenario.tank, spacing, dimension)
-    return clear_of(solids, positions, scenario.tank, spacing)
+    positions = starting_positions(scenario.fill, scenario.domain, spacing, dimension)
+    return clear_of(solids, positions, scenario.domain, spacing)
 
 
 def clear_of(
@@ -121,7 +121,7 @@ def clear_of(
 
 
 def sorted_by_hollow(
-    envelopes: Mapping[str, trimesh.Trimesh], positions: Mapping[str, Array], scenario: Scenario
+    envelopes: Mapping[str, trimesh.Trimesh], positions: Mapping[str, Array], scenario: RunSpec
 ) -> dict[str, Array]:
     """Select the particles (N, 3) [m] by region that lie inside the envelope of the body that the region names, and outside all others.
 
@@ -129,7 +129,7 @@ def sorted_by_hollow(
     """
     kept = dict(positions)
     for body, envelope in envelopes.items():
-        for image in _images(envelope, scenario.tank, 0.0):
+        for image in _images(envelope, scenario.domain, 0.0):
             for name, points in kept.items():
                 inside = np.zeros(len(points), bool)
                 inside[_inside(points, image, 0.0)] = True
@@ -159,7 +159,7 @@ def _inside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[
     return near[SignedDistance(solid).phi(points[near]) < clearance * (1.0 - 1e-6)] if near.size else near
 
 
-def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
+def water_level(scenario: RunSpec, positions: Mapping[str, Array]) -> float:
     """Return the height [m] of the still water: the top of the liquid that is not oil at the start, or of the oil if there is no other.
 
     positions (N, 3) [m] of the particles, by region; those in the hollow of a body do not count.
@@ -169,20 +169,20 @@ def water_level(scenario: Scenario, positions: Mapping[str, Array]) -> float:
     tops = {name: float(points[:, 2].max()) + half for name, points in free.items()}
     phases = {name: scenario.phases[scenario.fill[name].phase] for name in tops}
     water = [top for name, top in tops.items() if not (phases[name].is_oil or phases[name].is_air)]
-    return max(water or tops.values(), default=scenario.tank.lower[2])
+    return max(water or tops.values(), default=scenario.domain.lower[2])
 
 
-def build_fluid(scenario: Scenario, positions: Mapping[str, Array], sea: Sea) -> tuple[Fluid, int | None]:
+def build_fluid(scenario: RunSpec, positions: Mapping[str, Array], sea: Sea) -> tuple[Fluid, int | None]:
     """Build the fluid with its particles and pipes, driven by a sea; return it with the handle of its tank walls, if there are any.
 
     positions (N, 3) [m] of the particles, by region.
     """
-    settings, tank = scenario.fluid, scenario.tank
+    settings, tank = scenario.fluid, scenario.domain
     config = fluid_config(scenario)
     fluid = Fluid(config, threads=scenario.run.threads)
     sides = tuple(side for side in tank.closed_sides if settings.dimension == 3 or side[1] != "y")
     handle = None
-    if sides and scenario.run.has_particles:
+    if sides and scenario.tanks:
         walls = tank_walls(
             tank.lower,
             tank.upper,
@@ -199,16 +199,16 @@ def build_fluid(scenario: Scenario, positions: Mapping[str, Array], sea: Sea) ->
         fluid.add_particles(positions[name], phase=fill.phase, velocity=velocities[name])
     for pipe in scenario.emitters.values():
         fluid.add_emitter(pipe_of(pipe, settings.particle_spacing))
-    if scenario.run.has_particles and driving.acts:
+    if scenario.tanks and driving.acts:
         fluid.add_forcing(driving)
     if scenario.run.budget:
         fluid.watch()
     return fluid, handle
 
 
-def pipe_problems(scenario: Scenario, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
+def pipe_problems(scenario: RunSpec, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
     """Yield problems of pipes that reach out of the tank, or into a body at the start (meshes in the world frame)."""
-    tank, spacing = scenario.tank, scenario.fluid.particle_spacing
+    tank, spacing = scenario.domain, scenario.fluid.particle_spacing
     for name, settings in scenario.emitters.items():
         points = pipe_of(settings, spacing).entrance
         for axis in (axis for axis in range(3) if "xyz"[axis] not in tank.periodic):
@@ -238,15 +238,15 @@ def pipe_of(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
     )
 
 
-def zones_of(scenario: Scenario, sea: Sea) -> tuple[Zone, ...]:
+def zones_of(scenario: RunSpec, sea: Sea) -> tuple[Zone, ...]:
     """Return the zones of the tank in which the water follows the sea; without any, the whole tank is one where the sea moves."""
-    zones = list(scenario.tank.zones.values())
+    zones = list(scenario.domain.zones.values())
     if not zones and (sea.description.waves is not None or sea.description.current is not None):
         zones = [ZoneSettings()]
     return tuple(_zone(one, scenario) for one in zones)
 
 
-def drive(fluid: Fluid, scenario: Scenario, sea: Sea) -> None:
+def drive(fluid: Fluid, scenario: RunSpec, sea: Sea) -> None:
     """Let another sea drive the fluid of a tank from now on; `scenario` is that of the start."""
     driving = SeaForcing(sea, spacing=scenario.fluid.particle_spacing, zones=zones_of(scenario, sea))
     present = [place for place, one in enumerate(fluid.forcings) if isinstance(one, SeaForcing)]
@@ -257,14 +257,14 @@ def drive(fluid: Fluid, scenario: Scenario, sea: Sea) -> None:
 
 
 def _starting_velocities(
-    scenario: Scenario, positions: Mapping[str, Array], driving: SeaForcing
+    scenario: RunSpec, positions: Mapping[str, Array], driving: SeaForcing
 ) -> dict[str, Array | Vector]:
     """Return the velocities (N, 3) or (3,) [m/s] at the start, by region: as stated, else of current and drift through the whole tank.
 
     Along an axis with a wall, as much water flows back below as the wind's drift takes along at the surface.
     """
     fills, sea = scenario.fill, driving.sea
-    everywhere = any(one.lower is None for one in scenario.tank.zones.values()) or not scenario.tank.zones
+    everywhere = any(one.lower is None for one in scenario.domain.zones.values()) or not scenario.domain.zones
     found = dict[str, Array | Vector]()
     for name, points in positions.items():
         flow = sea.current(points[:, 2], 0.0) if everywhere else np.zeros((len(points), 2))
@@ -275,14 +275,14 @@ def _starting_velocities(
     own = {name: driving.drift(positions[name][:, 2], 0.0) for name in carried}
     mean = np.concatenate(list(own.values())).mean(axis=0)
     for axis, name in enumerate("xy"):
-        if f"-{name}" not in scenario.tank.closed_sides and f"+{name}" not in scenario.tank.closed_sides:
+        if f"-{name}" not in scenario.domain.closed_sides and f"+{name}" not in scenario.domain.closed_sides:
             mean[axis] = 0.0
     return found | {name: found[name] + np.pad(drift - mean, ((0, 0), (0, 1))) for name, drift in own.items()}
 
 
-def _zone(settings: ZoneSettings, scenario: Scenario) -> Zone:
+def _zone(settings: ZoneSettings, scenario: RunSpec) -> Zone:
     """Return a zone; where it ends at a side of the tank, it goes on for the width of its edge, and is whole up to there."""
-    tank, edge = scenario.tank, settings.edge
+    tank, edge = scenario.domain, settings.edge
     lower, upper = list(settings.lower or tank.lower), list(settings.upper or tank.upper)
     for axis in (0, 1):
         in_plane = scenario.fluid.dimension == 2 and axis == 1

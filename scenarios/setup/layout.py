@@ -14,17 +14,17 @@ from coupling.solids.surface_sampling import LARGEST, sample_surface
 from oilsim.sea import Sea
 from recordings.model.words import volume_in_words
 from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
-from scenarios.setup.at_sea.build_sea import build_sea, deep_to_the_floor
-from scenarios.setup.at_sea.particle_free import load_bodies, sea_of
+from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.at_sea.particle_free import load_bodies
 from scenarios.setup.at_sea.shore import shore_solid
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
 from scenarios.setup.moorings import add_legs, beach_of, tie_name
+from scenarios.setup.resolve import RunSpec, deep_to_the_floor
 from scenarios.setup.solids.placed_solids import Solid, own_solids, table_entry, vector
 
 Array = NDArray[np.float64]
@@ -58,14 +58,12 @@ class Layout:
     sea: Sea
 
 
-def lay_out(scenario: Scenario) -> Layout:
+def lay_out(scenario: RunSpec) -> Layout:
     """Place liquid and bodies; ScenarioError with every problem."""
     fluid, problems = scenario.fluid, list[Problem]()
-    regions = placed_regions(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
+    regions = placed_regions(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension)
     problems += empty_regions(regions, fluid.particle_spacing)
-    bare = not scenario.run.has_particles
-    sea_there = sea_of(scenario) if bare else deep_to_the_floor(scenario, water_level(scenario, regions))
-    scenario = replace(scenario, sea=sea_there)
+    scenario = replace(scenario, sea=deep_to_the_floor(scenario, water_level(scenario, regions)))
     level = scenario.sea.level or 0.0
     own = own_solids(scenario, problems)
     fleet = place_fleet(scenario, level, own, problems)
@@ -73,26 +71,26 @@ def lay_out(scenario: Scenario) -> Layout:
     beach = beach_of(scenario)
     if beach is not None:
         solids = (*solids, shore_solid(beach, scenario.sea.depth or 0.0))
-    unsampled = [] if bare else list(_sampling_problems(solids, fluid.particle_spacing))
+    unsampled = [] if not scenario.tanks else list(_sampling_problems(solids, fluid.particle_spacing))
     problems += unsampled
     refused = {problem.path for problem in unsampled}
     # a refused body is not looked for in the liquid: a tank that repeats would hold one of a thousand kilometres in thousands of places
     placed = [solid for solid in solids if table_entry(solid.name) not in refused]
     meshes = {solid.name: solid.world_mesh() for solid in placed if solid.wetted}
-    positions = clear_of(meshes.values(), regions, scenario.tank, fluid.particle_spacing)
+    positions = clear_of(meshes.values(), regions, scenario.domain, fluid.particle_spacing)
     envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in placed if solid.envelope is not None}
     positions = sorted_by_hollow(envelopes, positions, scenario)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
-    problems += _out_of_reach(solids, meshes, scenario.tank)
+    problems += _out_of_reach(solids, meshes, scenario.domain)
     coupled = _coupled(scenario, solids)
     # windows meet fixed bodies by their poses in the world too
-    met = coupled or (scenario.run.detail == "window" and any(solid.wetted for solid in solids))
+    met = coupled or (scenario.window and any(solid.wetted for solid in solids))
     world = _world(scenario, solids, fleet, problems) if met else None
     sea = _sea(scenario, problems)
     if problems or sea is None:
         raise ScenarioError(problems, scenario.name)
-    if bare and world is not None:
+    if world is not None and not scenario.tanks:
         load_bodies(world, scenario, sea, fleet, solids)
     return Layout(
         level=level,
@@ -102,13 +100,13 @@ def lay_out(scenario: Scenario) -> Layout:
         ),  # a plane is a metre thick
         fleet=fleet,
         solids=solids,
-        coupled=() if bare else coupled,
+        coupled=coupled if scenario.tanks else (),
         world=world,
         sea=sea,
     )
 
 
-def _sea(scenario: Scenario, problems: list[Problem]) -> Sea | None:
+def _sea(scenario: RunSpec, problems: list[Problem]) -> Sea | None:
     """Build the sea; what is wrong with it, its files included, is added to `problems`, and the sea is None."""
     try:
         return build_sea(scenario, water_density(scenario))
@@ -145,7 +143,7 @@ def _out_of_reach(solids: Sequence[Solid], meshes: Mapping[str, trimesh.Trimesh]
                 yield Problem(table_entry(name), text)
 
 
-def _coupled(scenario: Scenario, solids: Sequence[Solid]) -> tuple[str, ...]:
+def _coupled(scenario: RunSpec, solids: Sequence[Solid]) -> tuple[str, ...]:
     """List the bodies that exchange motion and wrench with the fluid: moving ones, and fixed ones whose force is asked for."""
     probed = {probe.body for probe in scenario.probes.values() if isinstance(probe, BodyProbe)}
     return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
@@ -162,9 +160,9 @@ def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Prob
                 yield Problem(table_entry(solid.name), f"cannot be sampled with particles: {error}")
 
 
-def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: list[Problem]) -> RigidBodyWorld:
+def _world(scenario: RunSpec, solids: Sequence[Solid], fleet: Fleet, problems: list[Problem]) -> RigidBodyWorld:
     """Put all solids and joints into one rigid-body world, with the tank's walls if a body could run into them."""
-    sub_step = SEA_SUB_STEP if not scenario.run.has_particles else SUB_STEP
+    sub_step = SUB_STEP if scenario.tanks else SEA_SUB_STEP
     step = scenario.run.communication_step
     world = RigidBodyWorld(gravity=scenario.fluid.gravity, sub_step=sub_step, communication_step=step)
     for solid in solids:
@@ -183,7 +181,7 @@ def _world(scenario: Scenario, solids: Sequence[Solid], fleet: Fleet, problems: 
         if solid.release > 0.0:
             world.hold_until(placed.name, solid.release)
     if any(solid.motion == "free" and solid.contact for solid in solids):
-        _add_tank_sides(world, scenario.tank)
+        _add_tank_sides(world, scenario.domain)
         beach = beach_of(scenario)
         if beach is not None:
             world.add_half_space(beach.waterline, beach.normal)
@@ -220,10 +218,10 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
             problems.append(Problem(key, f"cannot be used: {error}"))
 
 
-def _overlaps(world: RigidBodyWorld, scenario: Scenario, solids: Sequence[Solid]) -> Iterator[Problem]:
+def _overlaps(world: RigidBodyWorld, scenario: RunSpec, solids: Sequence[Solid]) -> Iterator[Problem]:
     """Yield problems of bodies that overlap deeply with each other, with a side of the tank or the shore; of a boom, only the worst."""
     sides = "a side of the tank" if beach_of(scenario) is None else "the shore, or a side of the tank,"
-    if beach_of(scenario) is not None and not scenario.tank.closed_sides:
+    if beach_of(scenario) is not None and not scenario.domain.closed_sides:
         sides = "the shore"
     placed = {solid.name: solid for solid in solids}
     allowed, worst = DEEPEST_OVERLAP * scenario.fluid.particle_spacing, dict[tuple[str, str], tuple[str, str, float]]()
@@ -232,7 +230,7 @@ def _overlaps(world: RigidBodyWorld, scenario: Scenario, solids: Sequence[Solid]
             worst[table_entry(one), other and table_entry(other)] = one, other, depth
     for (table, _), (one, other, depth) in worst.items():
         where = f"body {other!r}" if other else sides
-        if not other and _is_outside(placed[one], scenario.tank):
+        if not other and _is_outside(placed[one], scenario.domain):
             yield Problem(
                 table, f"has body {one!r} outside the tank at the start, by {depth:.3g} m, allowed: inside it"
             )

@@ -15,9 +15,9 @@ from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.multibody.mooring_leg import Anchor, LegPart
 from coupling.participants.plan_barriers import Beach
 from scenarios.problems import Problem
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.moorings import MooringSettings, PartSettings, held_ends, tied_ends
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.placed_solids import Solid, vector
 from vessels.ground_tackle import Rope, laid_anchor, leg_part
 
@@ -49,7 +49,7 @@ def tie_name(tie: str) -> str:
     return f"ties/{tie}"
 
 
-def place_ties(scenario: Scenario, booms: Mapping[str, BoomLayout], problems: list[Problem]) -> tuple[PlacedLine, ...]:
+def place_ties(scenario: RunSpec, booms: Mapping[str, BoomLayout], problems: list[Problem]) -> tuple[PlacedLine, ...]:
     """Return the ties of booms as laid, except those of booms that could not be laid; one that cannot be fast yet is a problem."""
     lines = []
     for name, tie in scenario.ties.items():
@@ -76,7 +76,7 @@ def place_ties(scenario: Scenario, booms: Mapping[str, BoomLayout], problems: li
 
 
 def tied_shapes(
-    scenario: Scenario, afloat: Collection[str], hang: Callable[[str], Array], problems: list[Problem]
+    scenario: RunSpec, afloat: Collection[str], hang: Callable[[str], Array], problems: list[Problem]
 ) -> dict[str, Array | None]:
     """Return the lines (S + 1, 2) [m] of tied booms by name; None for all if one is not `afloat`, or if they cannot hang.
 
@@ -110,14 +110,14 @@ def tied_shapes(
         return lines
 
 
-def ground_level(scenario: Scenario) -> float | None:
+def ground_level(scenario: RunSpec) -> float | None:
     """Return the height [m] of the ground: of the sea in a run without particles, else of the tank's floor; None without one."""
-    if not scenario.run.has_particles:
+    if not scenario.tanks:
         return (scenario.sea.level or 0.0) - (scenario.sea.depth or 0.0)
-    return None if "-z" in scenario.tank.open else scenario.tank.lower[2]
+    return None if "-z" in scenario.domain.open else scenario.domain.lower[2]
 
 
-def beach_of(scenario: Scenario) -> Beach | None:
+def beach_of(scenario: RunSpec) -> Beach | None:
     """Return the shore of a scenario; None without one."""
     shore = scenario.shore
     if shore is None:
@@ -131,14 +131,14 @@ def beach_of(scenario: Scenario) -> Beach | None:
     )
 
 
-def grounded(layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomLayout:
+def grounded(layout: BoomLayout, scenario: RunSpec, water_level: float) -> BoomLayout:
     """Return a boom with the part of it that reaches over the shore lying there; water_level [m]."""
     beach = beach_of(scenario)
     return layout if beach is None else lay_aground(layout, beach.height, water_level)
 
 
 def place_moorings(
-    scenario: Scenario,
+    scenario: RunSpec,
     booms: Mapping[str, BoomLayout],
     vessels: Mapping[str, Solid],
     bodies: Mapping[str, Solid],
@@ -150,7 +150,7 @@ def place_moorings(
     for name, settings in scenario.moorings.items():
         path = f"{ENTRY}.{name}"
         if ground is None:
-            text = 'lies on no ground: the tank is open below; allowed: a tank with a floor, or a [sea] and run.detail = "none"'
+            text = "lies on no ground: the tank is open below; allowed: a tank with a floor, or the fidelity none"
             problems.append(Problem(f"{path}.anchor", text))
             continue
         fast = _fast(settings, booms, vessels, bodies)

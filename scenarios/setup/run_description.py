@@ -14,11 +14,12 @@ from booms.scores import HeldSpeed, skirt_drag_coefficient, tow_force
 from oilsim.oil.fates import FATES
 from recordings.model.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
 from recordings.model.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
-from scenarios.scenario import Scenario, SiteSettings
+from scenarios.scenario import SiteSettings
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
 from scenarios.setup.boom_losses import has_closures
 from scenarios.setup.boom_remarks import blockage
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.simulators import Simulators
 from scenarios.setup.solids.placed_solids import Solid
 from scenarios.versions import versions
@@ -33,7 +34,7 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
     properties |= {
         "title": scenario.title,
         "seed": float(scenario.run.seed),
-        "detail": scenario.run.detail,
+        "boxes": "tank" if scenario.tanks else "windows" if scenario.window else "none",
         "overrides": " ".join(overrides),
     }
     camera, exercise = scenario.camera, _describe_exercise(simulators)
@@ -69,7 +70,7 @@ def describe_windows(simulators: Simulators) -> Iterator[WindowDescription]:
         )
 
 
-def _target_in_words(target: str | tuple[float, float], scenario: Scenario) -> str:
+def _target_in_words(target: str | tuple[float, float], scenario: RunSpec) -> str:
     """Say what the middle of a window follows."""
     if not isinstance(target, str):
         return f"the place {target[0]:g}, {target[1]:g} m"
@@ -89,7 +90,7 @@ def _describe_meshes(solids: Sequence[Solid]) -> dict[str, MeshDescription]:
     return described
 
 
-def _describe_phases(scenario: Scenario) -> tuple[PhaseDescription, ...]:
+def _describe_phases(scenario: RunSpec) -> tuple[PhaseDescription, ...]:
     return tuple(
         PhaseDescription(
             name=name,
@@ -102,7 +103,7 @@ def _describe_phases(scenario: Scenario) -> tuple[PhaseDescription, ...]:
     )
 
 
-def _describe_plots(scenario: Scenario) -> dict[str, tuple[str, ...]]:
+def _describe_plots(scenario: RunSpec) -> dict[str, tuple[str, ...]]:
     """Return the series of each plot of a probe that reads one number, by the plot's title."""
     return {
         f"Probe {name}: {_QUANTITIES[type(probe)]}": (f"probes/{name}",)
@@ -142,7 +143,7 @@ def _plane(vector: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]
     return float(vector[0]), float(vector[1])
 
 
-def _describe_boom(name: str, layout: BoomLayout, scenario: Scenario, water_level: float) -> BoomDescription:
+def _describe_boom(name: str, layout: BoomLayout, scenario: RunSpec, water_level: float) -> BoomDescription:
     settings = scenario.booms[name]
     first, second = (tuple(float(part) for part in point) for point in layout.segment.joint_points)
     labels = settings.end_labels

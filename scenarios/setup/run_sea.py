@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.sea import Continuation, Sea, SteadyFlow
-from scenarios.scenario import Scenario
 from scenarios.schema.sea import SeaSettings, SteadySeaCurrent, SteadySeaWind
-from scenarios.setup.at_sea.build_sea import build_sea, deep_to_the_floor
+from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fleet import water_density
+from scenarios.setup.resolve import RunSpec, deep_to_the_floor
 
 Flows = dict[str, tuple[float, float]]
 
@@ -26,7 +26,7 @@ class RunSea:
     """
 
     def __init__(
-        self, scenario: Scenario, sea: Sea, clock: Callable[[], float], place: Callable[[], NDArray[np.float64]]
+        self, scenario: RunSpec, sea: Sea, clock: Callable[[], float], place: Callable[[], NDArray[np.float64]]
     ) -> None:
         """Take the sea at the start; clock: the time [s]; place: (2,) [m] where gusts go on."""
         self.now, self._scenario, self._clock, self._place = sea, scenario, clock, place
@@ -37,11 +37,11 @@ class RunSea:
         """Tell a listener of every sea that comes; what nobody listens to never changes."""
         self._listeners.append(listener)
 
-    def ordered(self, scenario: Scenario) -> Sea:
+    def ordered(self, scenario: RunSpec) -> Sea:
         """Return the sea of `scenario` as it goes on from the present one; ScenarioError for one that cannot be built."""
         return self._signaled_sea(scenario, self._signaled)
 
-    def take_orders(self, scenario: Scenario, sea: Sea) -> None:
+    def take_orders(self, scenario: RunSpec, sea: Sea) -> None:
         """Let the sea that was `ordered` be that of the run from now on."""
         self._scenario = scenario
         self._become(sea)
@@ -70,7 +70,7 @@ class RunSea:
         if carried != self.now.description.carried:
             self._become(Sea(replace(self.now.description, carried=carried)))
 
-    def _signaled_sea(self, scenario: Scenario, flows: Flows) -> Sea:
+    def _signaled_sea(self, scenario: RunSpec, flows: Flows) -> Sea:
         """Return the sea of `scenario` with flows that signals have set, as it goes on from the present one."""
         settings: SeaSettings = deep_to_the_floor(scenario, self.now.level)
         for kind, (speed, direction) in flows.items():

@@ -17,13 +17,13 @@ from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim import Fluid
 from oilsim.fluid.views import JointReadings
 from scenarios.problems import problems_of
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
-from scenarios.setup.at_sea.particle_free import left_out, without_particles
+from scenarios.setup.at_sea.particle_free import left_out
 from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.run_sea import RunSea
 from scenarios.setup.solids.placed_solids import Solid, sampled
 from scenarios.setup.solids.thin_bodies import thin_bodies
@@ -48,7 +48,7 @@ class Simulators:
     run at sea, of which the first has `fluid`; none in other runs.
     """
 
-    scenario: Scenario
+    scenario: RunSpec
     level: float
     fleet: Fleet
     solids: tuple[Solid, ...]
@@ -83,21 +83,20 @@ class Simulators:
         return by_sea + self.bodies.fluid.get(f"{body}.wrench") if body in self.coupled else by_sea
 
 
-def build_simulators(scenario: Scenario) -> Simulators:
+def build_simulators(scenario: RunSpec) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
-    written, scenario = scenario, without_particles(scenario)
     layout = lay_out(scenario)
     solids, coupled = layout.solids, layout.coupled
-    if written.run.detail == "window":
-        return _with_windows(written, scenario, layout)
+    if scenario.window:
+        return _with_windows(scenario, layout)
     with problems_of("fluid", "cannot be built"):
         fluid, tank = build_fluid(scenario, layout.positions, layout.sea)
-    wetted = [] if not scenario.run.has_particles else [solid for solid in solids if solid.wetted]
+    wetted = [solid for solid in solids if solid.wetted and scenario.tanks]
     samplings = sampled(wetted, scenario.fluid.particle_spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
-    slick = _slick(written, layout)
-    skimmers = _skimmers(written, layout, slick)
-    requested = None if scenario.run.has_particles else _asked(layout, slick, skimmers)
+    slick = _slick(scenario, layout)
+    skimmers = _skimmers(scenario, layout, slick)
+    requested = None if scenario.tanks else _asked(layout, slick, skimmers)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -110,12 +109,12 @@ def build_simulators(scenario: Scenario) -> Simulators:
         bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world, requested=requested),
         world=layout.world,
         left_out=layout.left_out,
-        thin={}
-        if not scenario.run.has_particles
-        else thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level),
+        thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level)
+        if scenario.tanks
+        else {},
         notes=(
             *(note for solid in solids for note in solid.notes),
-            *left_out(written),
+            *left_out(scenario),
             *air_remarks(scenario, layout.positions),
             *interface_remarks(scenario, layout.positions),
         ),
@@ -124,7 +123,7 @@ def build_simulators(scenario: Scenario) -> Simulators:
     )
 
 
-def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simulators:
+def _with_windows(scenario: RunSpec, layout: Layout) -> Simulators:
     """Put windows of particles into the sea; ScenarioError for bodies that cannot be sampled, and for windows that overlap."""
     from scenarios.setup.at_sea.window import (
         build_windows,
@@ -134,14 +133,14 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
     )  # only such a run pays for it
     from scenarios.setup.at_sea.window_place import require_water
 
-    beyond = require_water(written, layout.solids, layout.level)
-    windows = build_windows(written, layout.sea)
+    beyond = require_water(scenario, layout.solids, layout.level)
+    windows = build_windows(scenario, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
-    targets, slick = targets_of(written, layout.fleet), _slick(written, layout)
+    targets, slick = targets_of(scenario, layout.fleet), _slick(scenario, layout)
     if slick is not None:
-        exchange_oil(windows, slick, written)
+        exchange_oil(windows, slick, scenario)
     bodies = couple_windows(windows, targets, wetted, layout.world, () if slick is None else slick.bodies)
-    notes, facts = _told(written, layout, windows)
+    notes, facts = _told(scenario, layout, windows)
     return Simulators(
         scenario=scenario,
         level=layout.level,
@@ -158,35 +157,35 @@ def _with_windows(written: Scenario, scenario: Scenario, layout: Layout) -> Simu
         notes=(*notes, *beyond),
         facts=facts,
         slick=slick,
-        skimmers=_skimmers(written, layout, slick),
+        skimmers=_skimmers(scenario, layout, slick),
         windows=tuple(windows.values()),
     )
 
 
-def _told(written: Scenario, layout: Layout, windows: Mapping[str, Window]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _told(scenario: RunSpec, layout: Layout, windows: Mapping[str, Window]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return warnings and facts of a run with windows, which follow their targets already."""
-    from scenarios.setup.at_sea.window_choice import window_facts, window_remarks
     from scenarios.setup.at_sea.window_shares import booms_in_rims, segments_borne
+    from scenarios.setup.window_choice import window_facts, window_remarks
 
-    borne = windows, layout.fleet.booms, written.window
+    borne = windows, layout.fleet.booms, scenario.window
     mended = (note for solid in layout.solids for note in solid.notes)
-    notes = (*mended, *left_out(written), *window_remarks(written, layout.sea), *booms_in_rims(*borne))
-    return notes, (*window_facts(written), *segments_borne(*borne))
+    notes = (*mended, *left_out(scenario), *window_remarks(scenario, layout.sea), *booms_in_rims(*borne))
+    return notes, (*window_facts(scenario), *segments_borne(*borne))
 
 
-def _slick(written: Scenario, layout: Layout) -> SlickParticipant | None:
+def _slick(scenario: RunSpec, layout: Layout) -> SlickParticipant | None:
     """Build the oil of a run without particles; None in other runs, and without oil."""
-    if written.run.has_particles:
+    if scenario.tanks:
         return None
     from scenarios.setup.at_sea.parcels import build_slick
 
     with problems_of("fill", "cannot become a slick"):
-        return build_slick(written, layout.sea, layout.fleet.booms)
+        return build_slick(scenario, layout.sea, layout.fleet.booms)
 
 
-def _sea(scenario: Scenario, layout: Layout, fluid: Fluid, slick: SlickParticipant | None) -> RunSea:
+def _sea(scenario: RunSpec, layout: Layout, fluid: Fluid, slick: SlickParticipant | None) -> RunSea:
     """Return the sea of a run, which tells the forcing of a tank, the bodies that it loads, and the slick that it carries."""
-    world, tank = layout.world, scenario.tank
+    world, tank = layout.world, scenario.domain
     environment = None if world is None else world.environment
     middle = 0.5 * (np.array(tank.lower[:2]) + np.array(tank.upper[:2]))
 
@@ -210,7 +209,7 @@ def _sea(scenario: Scenario, layout: Layout, fluid: Fluid, slick: SlickParticipa
         from scenarios.setup.at_sea.parcels import carry_slick  # only a run with parcels pays for its kernels
 
         sea.tell(lambda now: carry_slick(slick, now, layout.fleet.booms))
-    if scenario.run.has_particles:
+    if scenario.tanks:
         sea.tell(lambda now: drive(fluid, scenario, now))
     return sea
 
@@ -222,13 +221,13 @@ def _asked(layout: Layout, slick: SlickParticipant | None, skimmers: Sequence[Sk
     return Requested(tuple(dict.fromkeys([*steered, *carried])), () if slick is None else slick.bodies)
 
 
-def _skimmers(written: Scenario, layout: Layout, slick: SlickParticipant | None) -> tuple[SkimmingParticipant, ...]:
+def _skimmers(scenario: RunSpec, layout: Layout, slick: SlickParticipant | None) -> tuple[SkimmingParticipant, ...]:
     """Build the skimmers, whose code is imported only if there are some."""
-    if not written.skimmers:
+    if not scenario.skimmers:
         return ()
     from scenarios.setup.at_sea.skimmers import build_skimmers
 
-    return build_skimmers(written, slick, layout.fleet.booms)
+    return build_skimmers(scenario, slick, layout.fleet.booms)
 
 
 def _wet(

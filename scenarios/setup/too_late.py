@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from scenarios.scenario import Scenario
+from scenarios.setup.resolve import RunSpec
 
 
-def never_comes(scenario: Scenario) -> tuple[str, ...]:
+def never_comes(scenario: RunSpec) -> tuple[str, ...]:
     """Say in words what never comes of a tow, pipes and injects."""
     return tuple(_told(scenario))
 
 
-def _told(scenario: Scenario) -> Iterator[str]:
+def _told(scenario: RunSpec) -> Iterator[str]:
     end = scenario.run.duration
     after = f"the run ends at {end:g} s (run.duration)"
     if scenario.tow is not None and scenario.tow.start >= end:
         yield f"tow.start is {scenario.tow.start:g} s: the vessels never get under way, as {after}"
-    for name, emitter in scenario.emitters.items():
+    for name, emitter in {**scenario.emitters, **scenario.sources}.items():
         if emitter.start >= end:
             yield f"emitters.{name}.start is {emitter.start:g} s: nothing flows, as {after}"
     for name, inject in scenario.injects.items():

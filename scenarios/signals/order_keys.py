@@ -8,7 +8,6 @@ from typing import Protocol
 
 from scenarios.schema.exercise import BoomSettings, TowSettings
 from scenarios.schema.liquid import PhaseSettings
-from scenarios.schema.run_settings import RunSettings
 
 # Orders that can be given while a run goes on: what a helmsman, the weather, a valve or the instructor could do.
 ORDER_KEYS = (
@@ -54,8 +53,8 @@ class Felt(Protocol):
     """The tables of a scenario that decide what its run feels; None for one that is missing, or could not be read."""
 
     @property
-    def run(self) -> RunSettings | None:
-        """Terms of the run."""
+    def boxes(self) -> frozenset[str]:
+        """The kind of box that the run has particles in."""
 
     @property
     def tow(self) -> TowSettings | None:
@@ -77,17 +76,15 @@ def matches(path: str, patterns: Sequence[str]) -> bool:
 
 def why_unfelt(keys: Sequence[str], scenario: Felt) -> str:
     """Say why nothing in a run of this scenario feels an entry; empty if something does."""
-    if scenario.run is None:
-        return ""
     boom = scenario.booms.get(keys[1]) if keys[0] == "booms" and len(keys) > 2 and keys[2] == "tow_line" else None
     if boom is not None and boom.line_stiffness is None:
         return "cannot be ordered: the tow lines are rigid links; allowed: in runs with line_stiffness"
-    table, is_bare, detail = keys[0], not scenario.run.has_particles, scenario.run.detail
+    table, boxes = keys[0], scenario.boxes
     if table == "tow" and scenario.tow is None:
         return "changes tow, but the run was started without it; allowed: tables that the run has"
-    if table == "emitters" and is_bare and not any(phase.is_oil for phase in scenario.phases.values()):
-        return f'cannot be ordered: run.detail is "{detail}", and no phase is oil; allowed: in runs with oil'
-    if table == "sea" and detail == "window":
+    if table == "emitters" and "tank" not in boxes and not any(phase.is_oil for phase in scenario.phases.values()):
+        return "cannot be ordered: the run has no tank, and no phase is oil; allowed: in runs with oil"
+    if table == "sea" and "window" in boxes:
         return (
             "cannot be ordered: the particles of a window move with the sea that they began in; allowed: tow, vessels"
         )

@@ -22,10 +22,10 @@ from oilsim.oil.ledger import BoomOil, OilLedger
 from recordings.model.frame import EventLevel
 from recordings.model.words import cause_in_words
 from recordings.replay.running_extremes import WORST
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.liquid import Tank
 from scenarios.setup.boom_lines import track_off_reel
+from scenarios.setup.resolve import RunSpec
 from scenarios.watch.slick_oil import oil_of_boom, volume_within
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class BoomScore:
     def __init__(
         self,
         name: str,
-        scenario: Scenario,
+        scenario: RunSpec,
         layout: BoomLayout,
         tensions: Mapping[str, str],
         closures: ClosureLosses | None,
@@ -97,7 +97,7 @@ class BoomScore:
         self._told: set[str] = set()
         self._notices: list[Notice] = []
         spacing = scenario.fluid.particle_spacing
-        self._tank, self._slack, self._volume = scenario.tank, spacing, spacing**3
+        self._tanks, self._slack, self._volume = scenario.tanks, spacing, spacing**3
         self._period = scenario.period
         self._ended = False  # once the boom has left the simulated sea
         puts_back = closures is not None and closures.puts_back
@@ -198,7 +198,8 @@ class BoomScore:
     def _look_out(self, world: RigidBodyWorld, state: BoomState) -> None:
         """Say where the boom or one of its vessels leaves the simulated sea, and where it sails on into a sea that repeats."""
         places = np.concatenate([state.line(), *(world.pose(name)[None, :2] for name in self._vessels)])
-        for side, text, ends in _sides_passed(self._tank, places, self._slack, repeats=any(self._period)):
+        passed = (one for tank in self._tanks for one in _sides_passed(tank, places, self._slack))
+        for side, text, ends in passed:
             self._tell_once(f"edge {side}", True, text)
             self._ended |= ends
 
@@ -353,24 +354,21 @@ class BoomScore:
         }
 
 
-def _sides_passed(
-    tank: Tank, places: NDArray[np.float64], slack: float, *, repeats: bool = True
-) -> Iterator[tuple[str, str, bool]]:
+def _sides_passed(tank: Tank, places: NDArray[np.float64], slack: float) -> Iterator[tuple[str, str, bool]]:
     """Yield each side that some of the places (N, 2) [m] are beyond, what that means in words, and whether it ends the scoring.
 
-    Places up to `slack` [m] beyond a side do not count: an end that is made fast there swings a little. repeats: whether the water repeats
-    beyond the tank's periodic sides; a sea by formulas goes on there.
+    Places up to `slack` [m] beyond a side do not count: an end that is made fast there swings a little.
     """
     for place, axis, low, high in zip(places.T, "xy", tank.lower, tank.upper, strict=False):
         for side, way in ((f"-{axis}", low - place.min()), (f"+{axis}", place.max() - high)):
-            if way > slack and axis in tank.periodic and repeats:
+            if way > slack and axis in tank.periodic:
                 text = f"sails past side {side} of the sea, which repeats every {high - low:g} m"
                 yield side, f"{text}: from here on it may meet its own wake and oil that it has lost", False
             elif way > slack and side in tank.open:
                 yield side, f"has left the simulated sea through its open side {side}: its scoring ends here", True
 
 
-def _options(name: str, scenario: Scenario, grace: float) -> ContainmentOptions:
+def _options(name: str, scenario: RunSpec, grace: float) -> ContainmentOptions:
     """Return what tells a boom's oil, with a grace [s]; of several oils the viscosity is that of the most viscous."""
     settings, spacing = scenario.booms[name], scenario.fluid.particle_spacing
     oils = [phase for phase in scenario.phases.values() if phase.is_oil]

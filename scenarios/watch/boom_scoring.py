@@ -15,8 +15,8 @@ from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.ledger import OilLedger, OilRows
 from recordings.model.words import course_in_words, levers_in_words
-from scenarios.scenario import Scenario
 from scenarios.setup.boom_losses import assumed_tensions, closure_losses
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.boom_score import BoomScore, Notice, Oil
 from vessels.vessel import Vessel
@@ -30,7 +30,7 @@ class Scoring:
     Only `advance` changes them; the rest reads them.
     """
 
-    def __init__(self, scenario: Scenario, simulators: Simulators) -> None:
+    def __init__(self, scenario: RunSpec, simulators: Simulators) -> None:
         """Prepare ledger and scores."""
         self._slick, self._skimmers = simulators.slick, simulators.skimmers
         named = {skimmer.short_name: skimmer for skimmer in simulators.skimmers}
@@ -185,7 +185,7 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
             yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, heading {course}"
 
 
-def _assumed_skimmers(scenario: Scenario) -> Iterator[str]:
+def _assumed_skimmers(scenario: RunSpec) -> Iterator[str]:
     """Yield what is assumed of skimmers, in words."""
     for name, skimmer in scenario.skimmers.items():
         if skimmer.assumed:

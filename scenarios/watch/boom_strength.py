@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import joint_name
 from scenarios.setup.fleet import Fleet
+from scenarios.setup.resolve import RunSpec
 from scenarios.watch.boom_scoring import Scoring
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ class BoomStrength:
 
     def __init__(
         self,
-        scenario: Scenario,
+        scenario: RunSpec,
         world: RigidBodyWorld | None,
         fleet: Fleet,
         scoring: Scoring,

@@ -24,6 +24,7 @@ from recordings.model.frame import (
     PhasesOnRequest,
 )
 from recordings.model.surface import FilmFrame, SurfaceFrame
+from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import PressureProbe, Probe, VelocityProbe, WaveGauge
 from scenarios.setup.boom_lines import paid_out, reel_name
 from scenarios.setup.fleet import Fleet
@@ -69,7 +70,9 @@ class FrameReader:
         self._windows = tuple(describe_windows(simulators))
         self._sea_surface = SeaSurface()
         scenario = simulators.scenario
-        self._probes = _probe_readings(scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.tank.lower[2])
+        self._probes = _probe_readings(
+            scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.domain.lower[2]
+        )
 
     def __call__(self, point: CommunicationPoint) -> Frame:
         """Return the frame at a communication point; bodies and particles must be asked for before the run goes on."""
@@ -89,8 +92,8 @@ class FrameReader:
     def _surface(self, time: float) -> SurfaceFrame | None:
         """Return the surface of the water at `time` [s]; None without water, in a slice, and in a run of bodies at sea without a world."""
         simulators = self._simulators
-        if simulators.scenario.run.has_particles:
-            return self._tank_surface(time)
+        for tank in simulators.scenario.tanks:
+            return self._tank_surface(tank, time)
         world, sea = simulators.world, simulators.sea.now
         if world is None:
             return None
@@ -103,7 +106,7 @@ class FrameReader:
             return self._sea_surface.frame(sea, time, around)
         return sea_with_windows(sea, time, around, windows)
 
-    def _tank_surface(self, time: float) -> SurfaceFrame | None:
+    def _tank_surface(self, tank: Tank, time: float) -> SurfaceFrame | None:
         """Return the surface of the particles of all liquids but oil; None without any, in a slice, and where gravity is not downwards."""
         simulators, scenario = self._simulators, self._simulators.scenario
         is_down = scenario.fluid.gravity[2] < 0.0 and not any(scenario.fluid.gravity[:2])
@@ -111,7 +114,7 @@ class FrameReader:
         if not waters or not is_down or simulators.fluid.config.dimension < SPATIAL:
             return None
         places = np.concatenate([simulators.positions(name, time) for name in waters])
-        return tank_surface(places, scenario.fluid.particle_spacing, scenario.tank.lower, scenario.tank.upper)
+        return tank_surface(places, scenario.fluid.particle_spacing, tank.lower, tank.upper)
 
     def _film(self, surface: SurfaceFrame) -> FilmFrame | None:
         slick = self._simulators.slick

@@ -16,8 +16,8 @@ from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import AdvanceReport
 from recordings.model.frame import EventLevel
-from scenarios.scenario import Scenario
 from scenarios.setup.fill_lattice import misfits
+from scenarios.setup.resolve import RunSpec
 from scenarios.watch.boom_score import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
@@ -30,7 +30,7 @@ class Remarks:
 
     def __init__(
         self,
-        scenario: Scenario,
+        scenario: RunSpec,
         world: RigidBodyWorld | None,
         left_out: Mapping[str, str],
         thin: Mapping[str, str],
@@ -42,10 +42,10 @@ class Remarks:
         left_out: what bodies take of the liquid at the start, in words, by region; thin: warnings of `thin_bodies`; notes: what was mended
         of bodies' meshes; facts: what comes of settings, which is no warning.
         """
-        self._fluid, self._tank, self._world = scenario.fluid, scenario.tank, world
+        self._fluid, self._tank, self._world = scenario.fluid, scenario.domain, world
         self._left_out = left_out
         fluid = scenario.fluid
-        self._misfits = misfits(scenario.fill, scenario.tank, fluid.particle_spacing, fluid.dimension)
+        self._misfits = misfits(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension)
         self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
         self._notes, self._facts = tuple(notes), tuple(facts)
         self._thin = dict(thin)

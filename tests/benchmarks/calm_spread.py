@@ -29,6 +29,8 @@ from oilsim import AdvanceReport, Fluid
 from oilsim.stages import viscosity
 from scenarios.load import load_scenario
 from scenarios.setup.fluid import build_fluid, fill_positions
+from scenarios.setup.layout import lay_out
+from scenarios.setup.resolve import resolve
 
 STEP = 1.0 / 30.0
 PHASES = (("fall", 0.0, 0.25), ("splash", 0.25, 3.0), ("calm", 8.0, 10.0))
@@ -38,10 +40,13 @@ STAGES = ("search", "density", "gradients", "viscosity", "divergence", "contact"
 
 FIRST_STEP = """
 import time
-from scenarios.setup.fluid import build_fluid, fill_positions
 from scenarios.load import load_scenario
-scenario = load_scenario("calm-spread").scenario
-fluid, _ = build_fluid(scenario, fill_positions(scenario))
+from scenarios.setup.fluid import build_fluid
+from scenarios.setup.layout import lay_out
+from scenarios.setup.resolve import resolve
+scenario = resolve(load_scenario("calm-spread").scenario)
+layout = lay_out(scenario)
+fluid, _ = build_fluid(scenario, layout.positions, layout.sea)
 begin = time.perf_counter()
 fluid.advance(0.04)
 print(time.perf_counter() - begin)
@@ -51,8 +56,9 @@ print(time.perf_counter() - begin)
 def calm_spread(overrides: Iterable[str] = (), threads: int | None = None) -> Fluid:
     """The scenario's fluid, ready to advance."""
     settings = [*overrides] + ([f"run.threads={threads}"] if threads else [])
-    scenario = load_scenario("calm-spread", overrides=settings).scenario
-    return build_fluid(scenario, fill_positions(scenario))[0]
+    scenario = resolve(load_scenario("calm-spread", overrides=settings).scenario)
+    layout = lay_out(scenario)
+    return build_fluid(scenario, layout.positions, layout.sea)[0]
 
 
 def timed_step(fluid: Fluid) -> tuple[float, AdvanceReport]:
@@ -159,9 +165,9 @@ def without(module: ModuleType, name: str, value: object) -> Iterator[None]:
 def still_water(overrides: Iterable[str] = ()) -> Fluid:
     """The sea of `calm-spread` without its oil, a lattice that fits the tank: at rest."""
     settings = ["fluid.particle_spacing=0.0625", "fill.ocean.inset=0", "fill.ocean.upper=[4, 2, 0.3125]", *overrides]
-    scenario = load_scenario("calm-spread", overrides=settings).scenario
+    scenario = resolve(load_scenario("calm-spread", overrides=settings).scenario)
     fills = {name: points[:0] if name == "oil" else points for name, points in fill_positions(scenario).items()}
-    return build_fluid(scenario, fills)[0]
+    return build_fluid(scenario, fills, lay_out(scenario).sea)[0]
 
 
 def skips_table(console: Console, steps: int) -> None:

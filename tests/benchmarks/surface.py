@@ -25,7 +25,7 @@ from scenarios.setup.recorder_options import surface_rate
 
 REPEATS = 20
 STEPS = 20  # [1] of a run with particles, after one that compiles
-RUNS = {"sea": ("sweep-200m", ()), "tank": ("u-sweep", ()), "window": ("sweep-200m", ("run.detail=window",))}
+RUNS = {"sea": ("sweep-200m", ()), "tank": ("u-sweep", ()), "window": ("sweep-200m", ("fidelity=live",))}
 
 
 def cpu_time(act: Callable[[], object], repeats: int = REPEATS) -> float:

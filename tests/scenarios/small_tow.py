@@ -8,7 +8,8 @@ def small_tow(*, duration: float, communication_step: float, frame_rate: int, mo
     return f"""
 name = "tow"
 title = "Two vessels tow a boom"
-run = {{duration = {duration}, communication_step = {communication_step}, threads = 1, detail = "none"}}
+run = {{duration = {duration}, communication_step = {communication_step}, threads = 1}}
+fidelity = "none"
 recording = {{frame_rate = {frame_rate}, checkpoint_interval = 0}}
 fluid = {{particle_spacing = 0.25}}
 phases.water = {{density = 1025.0, dynamic_viscosity = 1.0e-3}}

@@ -161,7 +161,7 @@ def test_oil_properties_are_those_at_the_scenarios_temperature() -> None:
 
 NO_WATER = (
     "phases holds no water under the oil 'oil' of 875 kg/m3, "
-    'allowed with run.detail = "none": with a phase of water, denser than this oil'
+    "allowed without a tank: with a phase of water, denser than this oil"
 )
 
 
@@ -180,7 +180,7 @@ def test_oil_without_water_is_refused_by_every_entrance(tmp_path: Path, capsys: 
 @pytest.mark.parametrize(
     ("losses", "problem"),
     [
-        ("resolved", 'phases.oil is oil of 1100 kg/m3 on water of 1027, allowed with run.detail = "none": lighter oil'),
+        ("resolved", "phases.oil is oil of 1100 kg/m3 on water of 1027, allowed without a tank: lighter oil"),
         (
             "closures",
             "booms.a.losses is \"closures\" with 'oil' of 1100 kg/m3 on water of 1027, allowed: with lighter oil",
@@ -189,7 +189,7 @@ def test_oil_without_water_is_refused_by_every_entrance(tmp_path: Path, capsys: 
 )
 def test_oil_that_sinks_is_refused_once_where_the_sea_is_formulas(losses: str, problem: str) -> None:
     data = pool(oil={"density": 1100.0}, boom={"losses": losses})
-    data["run"]["detail"] = "none"
+    data["fidelity"] = "none"
     with pytest.raises(ScenarioError) as found:
         scenario_from(data)
     assert problem in str(found.value)

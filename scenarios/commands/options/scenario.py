@@ -13,7 +13,13 @@ from scenarios.schema.parsing.structuring import spellings
 from scenarios.schema.run_settings import RunSettings
 
 # Options that change an entry, which --set could change too.
-_ENTRIES: Mapping[str, str] = {"threads": "run.threads", "until": "run.duration", "level": "level", "seed": "run.seed"}
+_ENTRIES: Mapping[str, str] = {
+    "threads": "run.threads",
+    "until": "run.duration",
+    "level": "level",
+    "fidelity": "fidelity",
+    "seed": "run.seed",
+}
 
 
 def add_scenario(parser: argparse.ArgumentParser, *, required: bool = True, seeded: bool = True) -> None:
@@ -31,6 +37,11 @@ def add_scenario(parser: argparse.ArgumentParser, *, required: bool = True, seed
     parser.add_argument(
         "--level", choices=("easy", "normal", "hard"), help="variant of an exercise that has an easy and a hard one"
     )
+    parser.add_argument(
+        "--fidelity",
+        choices=("live", "fine", "none"),
+        help="particles in real time, as fine as the exercise has them, or none, of those that it offers",
+    )
     if seeded:
         parser.add_argument(
             "--seed", type=int, metavar="N", help="of everything random: gusts, waves, and when injects come (run.seed)"
@@ -42,7 +53,7 @@ def add_scenario(parser: argparse.ArgumentParser, *, required: bool = True, seed
 
 
 def overrides(options: argparse.Namespace) -> tuple[str, ...]:
-    """Collect the texts of --set, and the entries that --threads, --until, --level and --seed change.
+    """Collect the texts of --set, and the entries that --threads, --until, --level, --fidelity and --seed change.
 
     An entry that is changed twice is told. Raises ScenarioError, with the option as the place, for a value that cannot be.
     """

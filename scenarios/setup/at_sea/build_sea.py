@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import fields
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -26,7 +26,6 @@ from oilsim.sea import (
 )
 from oilsim.sea.flows import Flow
 from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.run_settings import SiteSettings
 from scenarios.schema.sea import (
     FileSeaCurrent,
@@ -41,6 +40,7 @@ from scenarios.schema.sea import (
 )
 from scenarios.setup.at_sea.flow_columns import FlowFileError
 from scenarios.setup.at_sea.flow_files import Kind, in_utc, read_flow
+from scenarios.setup.resolve import RunSpec
 
 if TYPE_CHECKING:
     from oilsim.sea import Sea
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 Built = TypeVar("Built")
 
 
-def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea:
+def build_sea(scenario: RunSpec, density: float = SEA_WATER_DENSITY) -> Sea:
     """Build the sea of a scenario with its depth and level, of water of `density` [kg/m3]. Reads its files.
 
     Raises ScenarioError with every problem: of files, of their times, and of waves that cannot be.
@@ -64,7 +64,7 @@ def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea:
     plain: dict[str, Any] = {"depth": settings.depth, "level": settings.level or 0.0, "gravity": gravity}
     parts: dict[str, Any] = {"current": current, "waves": waves, "build_up": build_up}
     if gravity == 0.0:
-        if waves is not None or not scenario.run.has_particles:
+        if waves is not None or scenario.tank is None:
             problems.append(Problem("fluid.gravity", "is 0, allowed with waves, and without particles: above 0"))
     elif current is not None or settings.current is None or waves is None or waves.seen_from == "water":
         # only of a period seen from the ground the length depends on the current
@@ -83,14 +83,6 @@ def build_sea(scenario: Scenario, density: float = SEA_WATER_DENSITY) -> Sea:
             **parts,
         )
     )
-
-
-def deep_to_the_floor(scenario: Scenario, level: float) -> SeaSettings:
-    """Return the settings of the sea with depth and level: where they are not given, of water up to `level` [m] over the tank's floor."""
-    settings = scenario.sea
-    surface = level if settings.level is None else settings.level
-    depth = max(surface - scenario.tank.lower[2], scenario.fluid.particle_spacing)  # of an empty tank, a layer
-    return replace(settings, level=surface, depth=depth if settings.depth is None else settings.depth)
 
 
 def _values(section: Any, *left_out: str) -> dict[str, Any]:
@@ -113,7 +105,7 @@ def _waves(settings: SeaWaves, seed: int) -> RegularWaves | JonswapWaves:
     return JonswapWaves(**_values(settings, "build_up"), seed=seed)
 
 
-def _current(settings: SeaSettings, scenario: Scenario, problems: list[Problem]) -> CurrentProfile | None:
+def _current(settings: SeaSettings, scenario: RunSpec, problems: list[Problem]) -> CurrentProfile | None:
     """Build the current; None without one, or with a problem."""
     given: SeaCurrent | None = settings.current
     if given is None:
@@ -128,7 +120,7 @@ def _current(settings: SeaSettings, scenario: Scenario, problems: list[Problem])
     return None if flow is None else CurrentProfile(flow=flow, shear_exponent=given.shear_exponent)
 
 
-def _wind(settings: SeaSettings, scenario: Scenario, problems: list[Problem]) -> WindField | None:
+def _wind(settings: SeaSettings, scenario: RunSpec, problems: list[Problem]) -> WindField | None:
     """Build the wind; None without one, or with a problem."""
     given: SeaWind | None = settings.wind
     if given is None:
@@ -150,7 +142,7 @@ def _wind(settings: SeaSettings, scenario: Scenario, problems: list[Problem]) ->
 
 
 def _table(
-    given: FileSeaCurrent | FileSeaWind, kind: Kind, scenario: Scenario, problems: list[Problem]
+    given: FileSeaCurrent | FileSeaWind, kind: Kind, scenario: RunSpec, problems: list[Problem]
 ) -> FlowTable | None:
     """Read a file, which must hold the whole time of the run; None with a problem."""
     path, site = f"sea.{kind}.file", scenario.site

@@ -24,12 +24,12 @@ from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
 from oilsim.slick.spreading.fay import joined_radius
 from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.liquid import CylinderFill, Fill, PipeEmitterSettings, SlabFill, SphereFill, Tank
 from scenarios.setup.boom_lines import track_off_reel
 from scenarios.setup.boom_losses import tension_of
 from scenarios.setup.moorings import beach_of
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.placed_solids import vector
 
 Array = NDArray[np.float64]
@@ -80,33 +80,31 @@ class WaterFlow:
         return self._sea.velocity(np.column_stack([points_xy, deep]), time)[:, :2]
 
 
-def build_slick(written: Scenario, sea: Sea, booms: Mapping[str, BoomLayout]) -> SlickParticipant | None:
-    """Build the slick of the oil that the scenario as written fills in, or may pour; None if no phase is oil."""
-    if not any(phase.is_oil for phase in written.phases.values()):
+def build_slick(spec: RunSpec, sea: Sea, booms: Mapping[str, BoomLayout]) -> SlickParticipant | None:
+    """Build the slick of the oil that the scenario fills in, or may pour; None if no phase is oil."""
+    if not any(phase.is_oil for phase in spec.phases.values()):
         return None
-    spills = {
-        name: spill_of(fill, written.tank) for name, fill in written.fill.items() if written.phases[fill.phase].is_oil
-    }
-    bodies = [_boom_bodies(name, layout, written.booms[name]) for name, layout in booms.items()]
-    beach, sources = beach_of(written), oil_sources(written)
-    released = sum(spill.volume for spill in spills.values()) + _poured(written, sources)
+    spills = {name: spill_of(fill, spec.domain) for name, fill in spec.spills.items()}
+    bodies = [_boom_bodies(name, layout, spec.booms[name]) for name, layout in booms.items()]
+    beach, sources = beach_of(spec), oil_sources(spec)
+    released = sum(spill.volume for spill in spills.values()) + _poured(spec, sources)
     settings = SlickSettings(
         loss_volume=(released or UNKNOWN_RELEASE) / LOST_PARCELS,
         water_density=sea.description.density,
         diffusivity=sea.description.diffusivity,
-        seed=written.run.seed,
+        seed=spec.run.seed,
     )
     slick = Slick(settings, _barriers(booms, bodies, beach))
     for name in booms:
-        for joint in written.booms[name].parted:
+        for joint in spec.booms[name].parted:
             slick.part(name, joint)
     for name, spill in spills.items():
-        oil = _oil(written, written.fill[name].phase)
+        oil = _oil(spec, spec.spills[name].phase)
         slick.release(
             oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
         )
     participant = SlickParticipant(
-        SLICK, slick, carrying_sea(sea, booms), booms=bodies, loss_rate=_losses(written, slick, booms), beach=beach
+        SLICK, slick, carrying_sea(sea, booms), booms=bodies, loss_rate=_losses(spec, slick, booms), beach=beach
     )
     participant.sources.extend(sources.values())
     return participant
@@ -122,22 +120,21 @@ def _barriers(booms: Mapping[str, BoomLayout], bodies: Sequence[BoomBodies], bea
     return barriers
 
 
-def _poured(written: Scenario, sources: Mapping[str, SpillSource]) -> float:
+def _poured(spec: RunSpec, sources: Mapping[str, SpillSource]) -> float:
     """Return the volume [m3] that the sources pour until the run's end."""
     return sum(
-        min(settings.volume or math.inf, sources[name].rate * max(0.0, written.run.duration - settings.start))
-        for name, settings in written.emitters.items()
-        if name in sources
+        min(settings.volume or math.inf, sources[name].rate * max(0.0, spec.run.duration - settings.start))
+        for name, settings in spec.sources.items()
     )
 
 
-def _losses(written: Scenario, slick: Slick, booms: Mapping[str, BoomLayout]) -> SlickLosses:
+def _losses(spec: RunSpec, slick: Slick, booms: Mapping[str, BoomLayout]) -> SlickLosses:
     """Return the closures of the booms that have them."""
     return SlickLosses(
         [
             _pooled(slick.barriers.rows(name), layout.boom)
             for name, layout in booms.items()
-            if written.booms[name].losses == "closures"
+            if spec.booms[name].losses == "closures"
         ]
     )
 
@@ -152,7 +149,7 @@ def _pooled(rows: slice, boom: BoomSection) -> PooledBoom:
     return PooledBoom(rows=rows, closures=closures, pocket=boom.pocket, pocket_rows=inside)
 
 
-def oil_sources(scenario: Scenario) -> dict[str, SpillSource]:
+def oil_sources(scenario: RunSpec) -> dict[str, SpillSource]:
     """Return the scenario's pipes of oil as sources of parcels, by name: each pours its opening's area times its speed."""
     return {
         name: SpillSource(
@@ -164,8 +161,7 @@ def oil_sources(scenario: Scenario) -> dict[str, SpillSource]:
             start=pipe.start,
             volume=pipe.volume,
         )
-        for name, pipe in scenario.emitters.items()
-        if scenario.phases[pipe.phase].is_oil
+        for name, pipe in scenario.sources.items()
     }
 
 
@@ -174,18 +170,18 @@ def rate_of(pipe: PipeEmitterSettings) -> float:
     return math.pi * pipe.radius**2 * pipe.speed
 
 
-def new_sources(slick: SlickParticipant, scenario: Scenario) -> list[SpillSource]:
+def new_sources(slick: SlickParticipant, scenario: RunSpec) -> list[SpillSource]:
     """Return the sources that orders have added; ScenarioError for one that pours no oil."""
     known = {source.name for source in slick.sources}
     sources = oil_sources(scenario)
-    others = [name for name in scenario.emitters if name not in sources]
+    others = [place.removeprefix("emitters.") for place in scenario.left_out if place.startswith("emitters.")]
     if others:
-        text = 'pours no oil, allowed with run.detail = "none": oil, which becomes parcels'
+        text = "pours no oil, allowed without a tank: oil, which becomes parcels"
         raise ScenarioError([Problem(f"emitters.{name}", text) for name in others], "oilsim")
     return [source for name, source in sources.items() if name not in known]
 
 
-def _oil(scenario: Scenario, name: str) -> Oil:
+def _oil(scenario: RunSpec, name: str) -> Oil:
     """Return the oil of a phase, numbered in the order of the scenario's oils."""
     phase, oils = scenario.phases[name], [name for name, one in scenario.phases.items() if one.is_oil]
     return Oil(

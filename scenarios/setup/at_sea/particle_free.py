@@ -1,20 +1,12 @@
-"""A run without particles, or outside its window (`run.detail`): the sea by formulas, and bodies that it loads.
-
-The liquid of the scenario is not simulated.
-"""
+"""Bodies that the sea loads, where no particles are."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
-from scenarios.schema.liquid import top_of_water
-from scenarios.schema.probe_settings import BodyProbe
-from scenarios.schema.sea import SeaSettings
-from scenarios.setup.at_sea.build_sea import deep_to_the_floor
+from scenarios.setup.resolve import RunSpec
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -27,38 +19,15 @@ if TYPE_CHECKING:
     from scenarios.setup.fleet import Fleet
     from scenarios.setup.solids.placed_solids import Solid
 
-LEFT_OUT = 'run.detail is "{}": oil is a slick of parcels, and the sea is formulas, so {} is left out'
+LEFT_OUT = "without a tank, oil is a slick of parcels, and the sea is formulas, so {} is left out"
 
 
-def without_particles(scenario: Scenario) -> Scenario:
-    """Return the scenario as it is run: with a sea and without its liquid if it is run without particles, else as it is."""
-    if scenario.run.has_particles:
-        return scenario
-    probes = {name: probe for name, probe in scenario.probes.items() if isinstance(probe, BodyProbe)}
-    fluid = replace(scenario.fluid, sleep_speed=0.0)  # regions of a whole sea without water would cost a step's time
-    return replace(scenario, fluid=fluid, fill={}, emitters={}, probes=probes, sea=sea_of(scenario))
+def left_out(spec: RunSpec) -> tuple[str, ...]:
+    """Say what of the scenario's file no part of the run feels; empty where all of it is felt."""
+    return (LEFT_OUT.format(", ".join(spec.left_out)),) if spec.left_out else ()
 
 
-def sea_of(scenario: Scenario) -> SeaSettings:
-    """Return the sea of a run without particles, or outside its windows, with its depth and level: where nothing is said, the tank's."""
-    top = top_of_water(scenario.fill, scenario.phases)
-    if scenario.sea.depth is None and top is None:
-        text = "is missing, allowed without particles: a depth, or water in a slab or block of [fill]"
-        raise ScenarioError([Problem("sea.depth", text)], scenario.name)
-    return deep_to_the_floor(scenario, top or 0.0)
-
-
-def left_out(scenario: Scenario) -> tuple[str, ...]:
-    """Say what of the scenario as written a run without particles leaves out; empty for other runs."""
-    if scenario.run.has_particles:
-        return ()
-    names = [f"fill.{name}" for name, fill in scenario.fill.items() if not scenario.phases[fill.phase].is_oil]
-    names += [f"emitters.{name}" for name, pipe in scenario.emitters.items() if not scenario.phases[pipe.phase].is_oil]
-    names += [f"probes.{name}" for name, probe in scenario.probes.items() if not isinstance(probe, BodyProbe)]
-    return (LEFT_OUT.format(scenario.run.detail, ", ".join(names)),) if names else ()
-
-
-def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
+def load_bodies(world: RigidBodyWorld, scenario: RunSpec, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
     """Let the sea load all free bodies of the world; ScenarioError with every body that does not float."""
     from oilsim.loads.morison import FloatingBodies
     from scenarios.setup.solids.placed_solids import table_entry
@@ -72,9 +41,7 @@ def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Flee
             placed = solid.placed
             models[solid.name] = loads_of_mesh(placed.mesh, placed.mass_properties, sea.description.density)
         except ValueError as error:
-            problems.append(
-                Problem(table_entry(solid.name), f'{error}, allowed with run.detail = "none": bodies that float')
-            )
+            problems.append(Problem(table_entry(solid.name), f"{error}, allowed without a tank: bodies that float"))
     if problems:
         raise ScenarioError(problems)
     tracks = tuple(_tracks(scenario, fleet, list(models)))
@@ -86,7 +53,7 @@ def load_bodies(world: RigidBodyWorld, scenario: Scenario, sea: Sea, fleet: Flee
         world.set_environment(FloatingBodies(list(models.values()), sea), list(models))
 
 
-def _tracks(scenario: Scenario, fleet: Fleet, names: Sequence[str]) -> Iterator[Track]:
+def _tracks(scenario: RunSpec, fleet: Fleet, names: Sequence[str]) -> Iterator[Track]:
     """Yield the lines of booms on reels; names of the loaded bodies."""
     from scenarios.setup.boom_lines import track_off_reel
 

@@ -11,12 +11,12 @@ from booms.recovery.skimming import SkimmingParticipant
 from coupling.bullet.assembly import BODIES
 from coupling.master.connection import Connection
 from coupling.participants.slick import SlickParticipant
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of, segment_names
+from scenarios.setup.resolve import RunSpec
 
 
 def build_skimmers(
-    scenario: Scenario, slick: SlickParticipant | None, booms: Mapping[str, BoomLayout]
+    scenario: RunSpec, slick: SlickParticipant | None, booms: Mapping[str, BoomLayout]
 ) -> tuple[SkimmingParticipant, ...]:
     """Build the skimmers of a scenario; none without oil on the water."""
     if slick is None:

@@ -1,4 +1,4 @@
-"""The windows of a run with run.detail = "window": particles around targets, inside the sea by formulas (`oilsim.window`)."""
+"""The windows of a run: particles around targets, inside the sea by formulas (`oilsim.window`)."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from oilsim.window.resolved_parcels import CoarseSkirts
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
 from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.setup.fleet import Fleet
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.placed_solids import Solid, sampled
 
 
-def build_windows(scenario: Scenario, sea: Sea) -> dict[str, Window]:
+def build_windows(scenario: RunSpec, sea: Sea) -> dict[str, Window]:
     """Fill the windows of a settled scenario with water; other liquids come later."""
     phases = sorted(scenario.phases.items(), key=lambda item: item[1].is_oil)
     liquids = tuple(
@@ -85,11 +85,11 @@ def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
     }
 
 
-def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, written: Scenario) -> None:
+def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, scenario: RunSpec) -> None:
     """Let a slick's oil become particles of the windows and back, and let the windows' water carry what stays parcels."""
-    oils = [name for name, phase in written.phases.items() if phase.is_oil]
+    oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
     exchanges = [
-        OilExchange(one, _coarse_skirts(one.settings.spacing, slick, written.booms), oils) for one in windows.values()
+        OilExchange(one, _coarse_skirts(one.settings.spacing, slick, scenario.booms), oils) for one in windows.values()
     ]
     flow = slick.flow
     for one in exchanges:
@@ -112,7 +112,7 @@ def middle_of(segments: Sequence[str]) -> list[str]:
     return list(segments[(len(segments) - 1) // 2 : len(segments) // 2 + 1])
 
 
-def targets_of(scenario: Scenario, fleet: Fleet) -> dict[str, Target]:
+def targets_of(scenario: RunSpec, fleet: Fleet) -> dict[str, Target]:
     """Return the places that the windows of a scenario follow, by the poses of bodies."""
     return {name: target_of(table.target, fleet) for name, table in scenario.window.items()}
 

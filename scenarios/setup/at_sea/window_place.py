@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from coupling.solids.signed_distance import SignedDistance
 from oilsim.window.settings import WindowSettings
 from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of, segment_names
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.window import window_place
 from scenarios.setup.at_sea.window import middle_of
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.placed_solids import Solid
 
 Array = NDArray[np.float64]
@@ -24,14 +24,14 @@ Array = NDArray[np.float64]
 COLUMNS = 16
 
 
-def require_water(scenario: Scenario, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
+def require_water(scenario: RunSpec, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
     """Say which fixed bodies reach beyond a window, which cannot meet them; ScenarioError for windows that lie inside one whole.
 
     level [m] of the still water.
     """
     fixed = [solid for solid in solids if solid.motion == "fixed" and solid.wetted]
     problems, told = list[Problem](), list[str]()
-    for name, table in scenario.window.items() if scenario.run.detail == "window" and fixed else ():
+    for name, table in scenario.window.items() if fixed else ():
         place, settings = window_place(name, scenario.window), table.settings(scenario.fluid)
         middle = _middle(scenario, table.target, solids)
         for body, share, is_beyond in _overlaps(fixed, settings, middle, level):
@@ -48,7 +48,7 @@ def require_water(scenario: Scenario, solids: Sequence[Solid], level: float) -> 
     return tuple(told)
 
 
-def _middle(scenario: Scenario, target: str | Point2, solids: Sequence[Solid]) -> Array:
+def _middle(scenario: RunSpec, target: str | Point2, solids: Sequence[Solid]) -> Array:
     """Return the place (2,) [m] of a window's middle at the start."""
     if not isinstance(target, str):
         return np.array(target)

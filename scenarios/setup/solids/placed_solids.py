@@ -21,9 +21,9 @@ from oilsim import BoundaryParticles
 from oilsim.core.phases import RIGHT_ANGLE
 from recordings.model.frame import Color
 from scenarios.problems import Problem, problems_of
-from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Body, Fixed, Free, MeshBody
 from scenarios.schema.parsing.quantity_fields import Vector
+from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.body_motions import prescribed_motion
 from scenarios.setup.solids.body_shapes import body_solid
 
@@ -91,7 +91,7 @@ def table_entry(body: str) -> str:
     return f"{tables[group]}.{rest.partition('/')[0]}" if group in tables and rest else f"bodies.{body}"
 
 
-def own_solids(scenario: Scenario, problems: list[Problem]) -> tuple[Solid, ...]:
+def own_solids(scenario: RunSpec, problems: list[Problem]) -> tuple[Solid, ...]:
     """Build the valid bodies of the [bodies] table; those whose meshes cannot be used are added to `problems`."""
     solids: list[Solid] = []
     filled = {fill.inside: name for name, fill in scenario.fill.items() if fill.inside is not None}

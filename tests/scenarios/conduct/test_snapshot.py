@@ -54,7 +54,7 @@ def test_a_tow_line_is_told_as_laid_as_ordered_and_as_it_is(run: ScenarioRun) ->
 def test_joints_that_broke_by_their_load_are_told_beside_those_that_were_ordered_to_part(
     scenario_run: type[ScenarioRun],
 ) -> None:
-    changes = ["run.detail='none'", "run.communication_step=0.02", "sea.current.speed=1.0"]
+    changes = ["fidelity='none'", "run.communication_step=0.02", "sea.current.speed=1.0"]
     weak = ["booms.main.strength=1e6", "booms.main.section_length=3.0", "booms.main.connector_strength=20.0"]
     run = scenario_run(load_scenario("u-sweep", overrides=[*changes, *weak]).scenario)
     ordered = Plan(scenario=run.scenario).ordered(["booms.main.parted=[2]"], 0).scenario_at(0)

@@ -24,6 +24,7 @@ from scenarios.scenario import Scenario
 from scenarios.schema.parsing.overrides import with_override
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.setup.cost import require_memory
+from scenarios.setup.resolve import resolve
 from scenarios.signals.signal_participant import SignalBoard
 from scenarios.signals.signal_table import signals_of
 from tests.fuzz.scenario_files import paths_of
@@ -195,4 +196,4 @@ def test_every_number_of_a_scenario_may_be_given_any_value(value: float, scenari
         with contextlib.suppress(ScenarioError):
             taken = scenario_from(with_override(data, tuple(path.split(".")), value))
             assert 1 <= taken.run.duration / taken.run.communication_step <= 1e9
-            require_memory(taken)
+            require_memory(resolve(taken))

@@ -18,6 +18,7 @@ from scenarios.schema.parsing.compass import PLACES
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
 from scenarios.schema.parsing.structuring import COMPASS
 from scenarios.schema.sea import RegularSeaWaves, SteadySeaCurrent, SteadySeaWind
+from scenarios.setup.resolve import resolve
 
 SMALL = """
 name = "small"
@@ -522,3 +523,35 @@ stretch = true
     }
     with pytest.raises(ScenarioError, match=r"forcing\.current\.speed is now sea\.current\.speed"):
         load_scenario("u-sweep", overrides=["forcing.current.speed=0.2"])
+
+
+def test_an_exercise_offers_fidelities_and_refuses_others() -> None:
+    """A tank is fine, and none without it; a table of changes offers another one."""
+    for name, fidelity, boxes in (
+        ("u-sweep", None, {"tank"}),
+        ("u-sweep", "fine", {"tank"}),
+        ("u-sweep", "none", set()),
+        ("sweep-200m", None, set()),
+        ("sweep-200m", "live", {"window"}),
+        ("sweep-200m", "fine", {"window"}),
+    ):
+        chosen = [] if fidelity is None else [f"fidelity={fidelity}"]
+        assert load_scenario(name, overrides=chosen).scenario.boxes == boxes, (name, fidelity)
+    with pytest.raises(ScenarioError, match=r"fidelity is 'live', allowed in this exercise: fine, none; live needs"):
+        load_scenario("u-sweep", overrides=["fidelity=live"])
+    with pytest.raises(ScenarioError, match=r"fidelity is 'fine', allowed in this exercise: none; fine needs"):
+        load_scenario("shore-seal", overrides=["fidelity=fine"])
+    with pytest.raises(ScenarioError, match=r"run\.detail is no more: a \[tank\], a \[window\] or neither says it"):
+        load_scenario("u-sweep", overrides=["run.detail=none"])
+    assert problems_of("[fidelities.best]\nrun.seed = 2")["fidelities.best"].startswith("is no fidelity, allowed")
+
+
+def test_windows_take_the_place_of_a_tank() -> None:
+    """Its water is the sea around them, as deep as the tank's was; without particles it has no walls, and a floor."""
+    window = "window={target='main', size=[3.0, 3.0], depth=0.5, spacing=0.1}"
+    for changes, windows in (([window], 1), (["fidelity=none"], 0)):
+        spec = resolve(load_scenario("u-sweep", overrides=changes).scenario)
+        assert (spec.tanks, len(spec.window)) == ((), windows)
+        assert (spec.sea.level, spec.sea.depth) == pytest.approx((0.6, 0.6))
+        assert spec.domain.closed_sides == ("-z",) and spec.period == (0.0, 0.0)
+        assert (list(spec.spills), spec.left_out) == (["slick"], ("fill.water",))

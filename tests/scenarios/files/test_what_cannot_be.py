@@ -97,11 +97,11 @@ def test_what_cannot_be_is_refused_in_words(
     assert told in [line.strip() for line in capsys.readouterr().err.splitlines()]
 
 
-@pytest.mark.parametrize("detail", ["particles", "none"])
-def test_check_tells_what_comes_after_the_end(detail: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("fidelity", ["fine", "none"])
+def test_check_tells_what_comes_after_the_end(fidelity: str, capsys: pytest.CaptureFixture[str]) -> None:
     late = ["--set", "tow.start=70", "--set", "injects.x={at=80, spread=5, orders=['tow.speed_kn=0.2']}"]
     late += ["--set", "emitters.leak={phase='oil', mouth=[6.0, 2.5, 0.8], radius=0.1, speed=0.1, start=90}"]
-    assert main(["check", "u-sweep", "--until", "60", *late, "--set", f"run.detail={detail}"]) == 0
+    assert main(["check", "u-sweep", "--until", "60", *late, "--set", f"fidelity={fidelity}"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert "tow.start is 70 s: the vessels never get under way, as the run ends at 60 s (run.duration)" in told
     assert "injects.x.at is 80 s: it never comes, as the run ends at 60 s (run.duration)" in told

@@ -18,7 +18,7 @@ from scenarios.schema.exercise import BoomSettings, joint_name
 from scenarios.schema.parsing.structuring import as_data, structure
 
 ENDS = ((0.0, 0.0), (20.0, 0.0))
-PULLED = ("run.detail='none'", "run.communication_step=0.02", "sea.current.speed=1.0")
+PULLED = ("fidelity='none'", "run.communication_step=0.02", "sea.current.speed=1.0")
 
 
 def pulled(*changes: str) -> Scenario:

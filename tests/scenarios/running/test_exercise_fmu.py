@@ -167,7 +167,7 @@ def test_its_state_goes_back_and_into_another_instance(
 def test_its_state_goes_back_to_a_boom_that_was_whole_and_on_to_one_that_has_parted() -> None:
     """A state from before goes back into the run whose boom broke; one from after goes into another instance."""
     changes = [
-        "run.detail='none'",
+        "fidelity='none'",
         "run.communication_step=0.02",
         "sea.current.speed=1.0",
         "booms.main.strength=20.0",

@@ -204,7 +204,7 @@ def test_what_may_not_be_ordered_changes_nothing_and_is_told(
         ("tow.spede=0.5",): "tow.spede is unknown, did you mean 'speed'?",
         ("tow.speed",): "order is 'tow.speed', allowed: key=value",
         ("run.duration=9",): "run.duration cannot be changed during a run",
-        ("emitters.a.speed=1",): 'emitters.a.speed cannot be ordered: run.detail is "none"',
+        ("emitters.a.speed=1",): "emitters.a.speed cannot be ordered: the run has no tank",
         ("forcing.wind.speed=1",): "forcing.wind.speed is now sea.wind.speed",
         ("booms.main.parted=[8]",): "booms.main.parted is [8], allowed: numbers from 1 to 7",
         ("sea.waves={kind='regular', height=9, period=2}",): "sea.waves",

@@ -22,7 +22,7 @@ from scenarios.running.assembly import build
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.setup.cost import estimate
 
-BARE = 'run.detail="none"'
+BARE = 'fidelity="none"'
 
 
 def run_bare(name: str, until: float, *changes: str):
@@ -52,7 +52,7 @@ def test_exercise_made_for_particles_runs_without_them():
 
 
 def test_what_is_left_out_is_told_by_check_and_run():
-    text = 'run.detail is "none": oil is a slick of parcels, and the sea is formulas, so fill.water is left out'
+    text = "without a tank, oil is a slick of parcels, and the sea is formulas, so fill.water is left out"
     scenario = load_scenario("u-sweep", overrides=[BARE]).scenario
     cost = estimate(scenario)
     assert text in cost.told
@@ -117,7 +117,7 @@ def test_body_that_sinks_is_refused_by_name():
 
 def test_no_sea_can_be_had_without_water():
     changes = [BARE, "fill.water.phase='oil'"]
-    with pytest.raises(ScenarioError, match=r"sea.depth is missing, allowed without particles: a depth, or water"):
+    with pytest.raises(ScenarioError, match=r"sea.depth is missing, allowed: a depth, or a tank with water"):
         build(load_scenario("u-sweep", overrides=changes).scenario)
 
 

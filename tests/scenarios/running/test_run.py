@@ -28,6 +28,7 @@ from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.schema.probe_settings import BodyProbe, PressureProbe, VelocityProbe, WaveGauge
 from scenarios.setup import recorder_options
 from scenarios.setup.fluid import fill_positions
+from scenarios.setup.resolve import resolve
 from scenarios.setup.solids.placed_solids import own_solids
 from tests.poison import Poison
 from tests.scenarios.kills import started_run
@@ -243,7 +244,8 @@ def test_body_displaces_the_liquid_it_stands_in() -> None:
 
 
 def _start(scenario: Scenario) -> dict[str, np.ndarray]:
-    return fill_positions(scenario, [solid.world_mesh() for solid in own_solids(scenario, [])])
+    spec = resolve(scenario)
+    return fill_positions(spec, [solid.world_mesh() for solid in own_solids(spec, [])])
 
 
 def test_failed_run_ends_with_1_and_keeps_recording_and_summary(

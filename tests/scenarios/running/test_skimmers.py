@@ -19,7 +19,8 @@ def drifting(**skimmer: Any) -> dict[str, Any]:
     """A slick of 2 m3 that drifts at 0.5 m/s over a skimmer which lies still."""
     return {
         "name": "skimmed",
-        "run": {"duration": 60.0, "communication_step": 0.1, "detail": "none"},
+        "fidelity": "none",
+        "run": {"duration": 60.0, "communication_step": 0.1},
         "fluid": {"particle_spacing": 0.25},
         "phases": {
             "water": {"density": 1027.0, "dynamic_viscosity": 1.05e-3},
@@ -80,7 +81,7 @@ def test_all_that_is_wrong_with_skimmers_is_named() -> None:
         scenario_from(data)
     assert {problem.path for problem in found.value.problems} == {"skimmers.one.on", "skimmers.two.segment"}
     data = drifting()
-    data["run"].pop("detail")
+    data.pop("fidelity")
     data.pop("sea")
-    with pytest.raises(ScenarioError, match=r"skimmers is given, allowed: with run\.detail"):
+    with pytest.raises(ScenarioError, match=r"skimmers is given, allowed: without a tank"):
         scenario_from(data)

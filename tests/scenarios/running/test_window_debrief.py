@@ -22,7 +22,7 @@ from scenarios.debrief.slick_map import slick_map
 STEP, STEPS, SPACING = 0.05, 8, 0.14
 SIZE = (24 * SPACING, 24 * SPACING)
 WINDOW_SETTINGS = (
-    "run.detail=window", f"fluid.particle_spacing={SPACING}", "window.target=main", "window.size=[3.4, 3.4]",
+    f"fluid.particle_spacing={SPACING}", "window.target=main", "window.size=[3.4, 3.4]",
     "window.depth=0.6", "window.rim=0.6",
 )  # fmt: skip
 SETTINGS = (
@@ -96,7 +96,7 @@ def test_the_debrief_names_the_window_and_what_was_modelled(replay: JoinedReplay
 
 
 def test_a_debrief_without_particles_does_not_speak_of_particles(tmp_path: Path) -> None:
-    notes = accuracy_notes(recorded(tmp_path, "run.detail=none"))
+    notes = accuracy_notes(recorded(tmp_path, "fidelity=none"))
     assert notes[0].startswith("The run has no particles: formulas give the sea")
     assert "Modelled: all losses, by closures." in notes
     assert not [note for note in notes if "particles deep" in note or "apart" in note]

@@ -11,9 +11,11 @@ from scenarios.running.assembly import build
 SMALL = ("window.size=[6.0, 6.0]", "window.depth=1.2", "fluid.particle_spacing=0.3", "run.threads=1")
 
 
-@pytest.mark.parametrize("detail", ["none", "window"])
-def test_helmsmen_meet_the_current_and_frames_show_the_surface(detail: str) -> None:
-    assembly = build(load_scenario("sweep-200m", overrides=[f"run.detail={detail}", *SMALL]).scenario)
+@pytest.mark.parametrize("fidelity", ["none", "live"])
+def test_helmsmen_meet_the_current_and_frames_show_the_surface(fidelity: str) -> None:
+    assembly = build(
+        load_scenario("sweep-200m", overrides=[f"fidelity={fidelity}", *(SMALL if fidelity == "live" else ())]).scenario
+    )
     simulation = assembly.co_simulation()
     simulation.initialize()
     try:

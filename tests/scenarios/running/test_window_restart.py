@@ -12,7 +12,6 @@ from scenarios.cli import main
 
 STEP = 0.05
 WINDOW = (
-    "run.detail=window",
     f"run.communication_step={STEP}",
     "run.threads=1",
     "fluid.particle_spacing=0.14",

@@ -12,6 +12,7 @@ from coupling.participants.window import WindowParticipant
 from coupling.participants.windows import WindowsParticipant
 from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
+from scenarios.setup.resolve import resolve
 
 SCENARIO = """
 name = "boom-in-windows"
@@ -20,7 +21,6 @@ name = "boom-in-windows"
 duration = 10.0
 communication_step = 0.04
 threads = 1
-detail = "window"
 
 [fluid]
 particle_spacing = 0.15
@@ -107,7 +107,7 @@ def test_a_boom_in_a_window_has_a_skirt_that_particles_resolve_and_stands(tmp_pa
     With 5 mm among particles of 125 mm it lay on its side, at 90 degrees.
     """
     changes = (
-        "run.detail=window", "run.communication_step=0.05", "run.threads=1", "fluid.particle_spacing=0.125", "window.target=main",
+        "run.communication_step=0.05", "run.threads=1", "fluid.particle_spacing=0.125", "window.target=main",
         "window.size=[3.5, 3.5]", "window.depth=0.6", "window.rim=0.6", "sea.current.speed=0.0", "fluid.sleep_speed=0.03",
     )  # fmt: skip
     assembly = build(load_scenario("u-sweep", overrides=changes).scenario)
@@ -127,10 +127,10 @@ def test_a_boom_in_a_window_has_a_skirt_that_particles_resolve_and_stands(tmp_pa
 
 def test_the_coarsest_window_that_a_boom_may_meet_makes_its_skirt(tmp_path: Path) -> None:
     (tmp_path / "boom.toml").write_text(SCENARIO.replace("skirt_thickness = 0.15\n", ""))
-    changes = ("window.left.detail=0.1", "window.right.detail=0.12")
-    assert load_scenario(tmp_path / "boom.toml", overrides=changes).scenario.coarsest_spacing == 0.12
-    assert load_scenario(tmp_path / "boom.toml", overrides=["run.detail=none"]).scenario.coarsest_spacing is None
-    assert load_scenario("u-sweep").scenario.coarsest_spacing == 0.07
+    changes = ("window.left.spacing=0.1", "window.right.spacing=0.12")
+    assert resolve(load_scenario(tmp_path / "boom.toml", overrides=changes).scenario).coarsest_spacing == 0.12
+    assert resolve(load_scenario(tmp_path / "boom.toml", overrides=["fidelity=none"]).scenario).coarsest_spacing is None
+    assert resolve(load_scenario("u-sweep").scenario).coarsest_spacing == 0.07
 
 
 def test_a_run_says_how_many_segments_particles_bear_and_that_a_boom_lies_in_a_rim(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from scenarios.setup.boom_remarks import blockage, boom_remarks
 from scenarios.setup.cost import estimate
 from scenarios.setup.fill_lattice import misfits
 from scenarios.setup.fleet import place_fleet
+from scenarios.setup.resolve import resolve
 
 MOORED: dict[str, Any] = {
     "name": "moored",
@@ -44,7 +45,7 @@ def changed(**entries: Any) -> Any:
         for table in tables:
             place = place[table]
         place[key] = value
-    return scenario_from(data)
+    return resolve(scenario_from(data))
 
 
 def test_the_share_of_the_section_that_a_boom_fills() -> None:
@@ -125,7 +126,7 @@ def test_check_says_which_interfacial_tension_is_assumed() -> None:
     assert assumed in estimate(changed(phases__oil__oil="alaska-north-slope")).told
     assert assumed not in estimate(changed()).told
     assert assumed not in estimate(changed(phases__oil__oil="alaska-north-slope", booms__inlet__losses="resolved")).told
-    assert assumed in estimate(changed(phases__oil__oil="alaska-north-slope", run__detail="none")).told
+    assert assumed in estimate(changed(phases__oil__oil="alaska-north-slope", fidelity="none")).told
 
 
 @pytest.mark.parametrize(

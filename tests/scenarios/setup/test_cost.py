@@ -11,6 +11,7 @@ from scenarios.cli import main
 from scenarios.load import library_paths, load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.setup.cost import estimate
+from scenarios.setup.resolve import resolve
 from scenarios.setup.simulators import build_simulators
 
 FINE = """
@@ -67,7 +68,7 @@ def test_check_and_run_tell_an_assumed_tension_without_booms_and_interfaces_that
         path = tmp_path / "fine.toml"
         path.write_text(FINE.format(spacing=spacing))
         scenario = load_scenario(path).scenario
-        notes = build_simulators(scenario).notes
+        notes = build_simulators(resolve(scenario)).notes
         told = estimate(scenario).told
         assert len(told) == len(notes) == len(words)
         assert all(text.startswith(words) for text in (*told, *notes))

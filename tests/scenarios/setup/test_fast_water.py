@@ -27,7 +27,7 @@ def test_a_pocket_holds_oil_at_three_knots(
 
 
 def test_particles_and_reels_that_cannot_be_are_refused_at_once() -> None:
-    assert refused("run.detail=particles") >= {"booms.main.pocket"}
+    assert refused("fidelity=fine") >= {"booms.main.pocket"}
     assert refused("booms.main.reel={winch_speed = 0.0}") >= {"booms.main.reel.winch_speed"}
     assert refused("booms.main.reel={paid_out = 130.0}") == {"booms.main.reel.paid_out", "booms.main.stream"}
 

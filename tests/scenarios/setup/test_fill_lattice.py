@@ -11,9 +11,7 @@ from scenarios.problems import ScenarioError
 from scenarios.schema.liquid import BlockFill, CylinderFill, SlabFill, SphereFill, Tank
 from scenarios.setup.fill_lattice import region_points, starting_positions
 
-WITHOUT_PARTICLES = {
-    name for name, path in library_paths().items() if 'detail = "none"' in path.read_text(encoding="utf-8")
-}
+WITHOUT_PARTICLES = {name for name, path in library_paths().items() if "[tank]" not in path.read_text(encoding="utf-8")}
 MILLIMETRES = {"rock-coating", "drop-in-air"}  # scenes that such spacings leave nothing of
 TANK = Tank(lower=(0.0, 0.0, 0.0), upper=(1.0, 1.0, 1.0))
 

@@ -21,10 +21,10 @@ from vessels.vessel import planar_motion
 LENGTH = 15.0
 BASE = """
 name = "manoeuvre"
+fidelity = "none"
 [run]
 duration = 300.0
 communication_step = 0.2
-detail = "none"
 [fluid]
 particle_spacing = 0.25
 [phases.water]

@@ -18,6 +18,7 @@ from scenarios.running.assembly import build
 from scenarios.scenario import Scenario
 from scenarios.setup.cost import estimate
 from scenarios.setup.layout import lay_out
+from scenarios.setup.resolve import resolve
 
 TANK = """
 name = "mesh"
@@ -61,14 +62,14 @@ def scenario_of(extra: str) -> Scenario:
 
 def liquid_in(solid: trimesh.Trimesh, scenario: Scenario) -> int:
     """Particles that lie in a solid at the start."""
-    points = np.concatenate(list(lay_out(scenario).positions.values())) - PLACE
+    points = np.concatenate(list(lay_out(resolve(scenario)).positions.values())) - PLACE
     return int(read_solid(solid).contains(points).sum())
 
 
 def test_parts_that_overlap_are_one_solid_for_mass_walls_and_liquid(tmp_path: Path) -> None:
     parts = box((0.4, 0.4, 0.4)), box((0.4, 0.4, 0.4)).apply_translation((0.2, 0, 0))
     scenario = scenario_of(hull(tmp_path, *parts))
-    (solid,) = lay_out(scenario).solids
+    (solid,) = lay_out(resolve(scenario)).solids
     assert solid.placed.mass_properties.mass == pytest.approx(500.0 * 0.096, rel=1e-5)
     assert liquid_in(box((0.6, 0.4, 0.4)).apply_translation((0.1, 0, 0)), scenario) == 0
     (told,) = estimate(scenario).told
@@ -79,7 +80,7 @@ def test_parts_that_overlap_are_one_solid_for_mass_walls_and_liquid(tmp_path: Pa
 def test_a_part_wound_inwards_is_mended_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     parts = box((0.3, 0.3, 0.3)), inwards(box((0.2, 0.2, 0.2)).apply_translation((0.4, 0, 0)))
     scenario = scenario_of(hull(tmp_path, *parts))
-    (solid,) = lay_out(scenario).solids
+    (solid,) = lay_out(resolve(scenario)).solids
     assert solid.placed.mass_properties.mass == pytest.approx(500.0 * (0.027 + 0.008), rel=1e-5)
     (tmp_path / "mesh.toml").write_text(TANK + hull(tmp_path, *parts))
     assert main(["check", str(tmp_path / "mesh.toml")]) == 0
@@ -91,7 +92,7 @@ def test_a_sealed_hollow_stays_dry_and_a_fill_inside_fills_it(tmp_path: Path) ->
     table = hull(tmp_path, shell, inwards(room))
     scenario = scenario_of(table)
     assert liquid_in(shell, scenario) == 0
-    (solid,) = lay_out(scenario).solids
+    (solid,) = lay_out(resolve(scenario)).solids
     assert solid.placed.mass_properties.mass == pytest.approx(500.0 * (0.18 - 0.048), rel=1e-5)
     assert solid.placed.mesh.volume == pytest.approx(0.18, rel=1e-5)  # it displaces its outside
     (told,) = estimate(scenario).told
@@ -99,14 +100,14 @@ def test_a_sealed_hollow_stays_dry_and_a_fill_inside_fills_it(tmp_path: Path) ->
 
     cargo = '[fill.cargo]\nshape = "slab"\nphase = "water"\nbottom = 0.2\ntop = 0.35\ninside = "hull"\n'
     filled = scenario_of(table + cargo)
-    layout = lay_out(filled)
+    layout = lay_out(resolve(filled))
     (solid,) = layout.solids
     assert solid.placed.mesh.volume == pytest.approx(0.132, rel=1e-5)  # the hollow has walls now
     inside = layout.positions["cargo"] - PLACE
     assert len(inside) * 0.05**3 == pytest.approx(0.4 * 0.4 * 0.15, rel=0.25)
     assert read_solid(room).contains(inside).all()
     assert not read_solid(shell).contains(layout.positions["pool"] - PLACE).any()
-    np.testing.assert_array_equal(layout.positions["pool"], lay_out(scenario).positions["pool"])
+    np.testing.assert_array_equal(layout.positions["pool"], lay_out(resolve(scenario)).positions["pool"])
     assert layout.level == pytest.approx(0.6)
     assert estimate(filled).told == ()
 
@@ -114,7 +115,7 @@ def test_a_sealed_hollow_stays_dry_and_a_fill_inside_fills_it(tmp_path: Path) ->
 def test_a_fill_inside_of_what_has_no_hollow_is_refused(tmp_path: Path) -> None:
     cargo = '[fill.cargo]\nshape = "slab"\nphase = "water"\nbottom = 0.2\ntop = 0.35\ninside = "{}"\n'
     with pytest.raises(ScenarioError, match=r"fill\.cargo\.inside is 'hull', a body without a sealed hollow, allowed"):
-        lay_out(scenario_of(hull(tmp_path, box((0.3, 0.3, 0.3))) + cargo.format("hull")))
+        lay_out(resolve(scenario_of(hull(tmp_path, box((0.3, 0.3, 0.3))) + cargo.format("hull"))))
     with pytest.raises(ScenarioError, match=r"fill\.cargo\.inside is 'hulk', which is no body"):
         scenario_of(hull(tmp_path, box((0.3, 0.3, 0.3))) + cargo.format("hulk"))
 

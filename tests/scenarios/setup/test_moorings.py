@@ -13,13 +13,14 @@ from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
 from scenarios.setup.layout import lay_out
+from scenarios.setup.resolve import resolve
 
 BASE = """
 name = "moored"
+fidelity = "none"
 [run]
 duration = 10.0
 communication_step = 0.1
-detail = "none"
 [fluid]
 particle_spacing = 0.25
 [phases.water]
@@ -52,7 +53,7 @@ LEG = 'anchor = [25.0, 0.0]\nmass = 25.0\nparts = [{ material = "chain", length 
 
 def problems_of(text: str) -> dict[str, str]:
     with pytest.raises(ScenarioError) as caught:
-        lay_out(scenario_from(tomllib.loads(text)))
+        lay_out(resolve(scenario_from(tomllib.loads(text))))
     return {problem.path: problem.text for problem in caught.value.problems}
 
 
@@ -63,7 +64,7 @@ def test_leg_hangs_from_what_it_holds_to_the_ground() -> None:
         + BOOM
         + f'[moorings.buoy]\nbody = "buoy"\n{LEG}[moorings.first]\nboom = "main"\n{LEG}[moorings.inner]\nboom = "main"\njoint = 3\n{LEG}'
     )
-    layout = lay_out(scenario_from(tomllib.loads(text)))
+    layout = lay_out(resolve(scenario_from(tomllib.loads(text))))
     buoy, first, inner = layout.fleet.legs
     assert buoy.point == pytest.approx([0.0, 0.0, -0.3], abs=5e-3)
     assert buoy.anchor.place == (25.0, 0.0, -8.0)
@@ -90,7 +91,7 @@ def test_anchor_holds_by_its_own_mass_and_a_fixed_one_by_what_is_stated() -> Non
             "bolt": fixed.replace('"fixed"', '"fixed"\nholding = 5000.0'),
         }.items()
     )  # fmt: skip
-    legs = lay_out(scenario_from(tomllib.loads(text))).fleet.legs
+    legs = lay_out(resolve(scenario_from(tomllib.loads(text)))).fleet.legs
     holding = {leg.name.removeprefix("moorings/"): leg.anchor.holding for leg in legs}
     assert holding["light"] == pytest.approx(16.0 * 25.0 * GRAVITY)  # ITOPF's least of a Danforth anchor in sand
     assert holding["heavy"] == pytest.approx(16.0 * 40.0 * GRAVITY)
@@ -142,7 +143,7 @@ def test_ground_and_length_are_checked_when_everything_has_its_place() -> None:
     assert (
         found["moorings.short.parts"] == "are 20 m long together, allowed: 26.16 m or more, the distance of the anchor"
     )
-    bottomless = BASE.replace('detail = "none"', "").replace("6.0]\n", '6.0]\nopen = ["-z"]\n', 1)
+    bottomless = BASE.replace('fidelity = "none"', "").replace("6.0]\n", '6.0]\nopen = ["-z"]\n', 1)
     water = '[fill.sea]\nshape = "slab"\nphase = "water"\nbottom = -1.0\ntop = 0.0\n'
     coarse = bottomless.replace("particle_spacing = 0.25", "particle_spacing = 5.0").replace(
         "bottom = -1.0", "bottom = -10.0"

@@ -22,6 +22,7 @@ from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.flow_columns import FlowFileError
 from scenarios.setup.at_sea.flow_files import read_flow
 from scenarios.setup.layout import lay_out
+from scenarios.setup.resolve import resolve
 
 BASIC = """
 name = "bay"
@@ -104,7 +105,7 @@ def test_a_sea_is_as_its_table_says(tmp_path):
 def test_the_sea_of_a_tank_is_as_deep_as_its_water(tmp_path):
     scenario = scenario_of(tmp_path, "")
     for changes, told in (({}, (0.3, 0.3)), ({"level": 0.25}, (0.25, 0.25)), ({"depth": 8.0}, (0.3, 8.0))):
-        sea = lay_out(replace(scenario, sea=replace(scenario.sea, **changes))).sea
+        sea = lay_out(resolve(replace(scenario, sea=replace(scenario.sea, **changes)))).sea
         assert (sea.level, sea.description.depth) == pytest.approx(told)
 
 
@@ -243,7 +244,7 @@ def test_all_problems_are_told_at_once_with_their_places(tmp_path, capsys):
     files = '[sea.wind]\nkind = "file"\nfile = "wind.csv"\n[sea.current]\nkind = "file"\nfile = "tide.csv"\n'
     steep = '[sea]\ndepth = 5.0\n[sea.waves]\nkind = "regular"\nheight = 3.0\nperiod = 3.0\n'
     with pytest.raises(ScenarioError) as error:
-        lay_out(scenario_of(tmp_path, steep + files))
+        lay_out(resolve(scenario_of(tmp_path, steep + files)))
     told = [str(problem) for problem in error.value.problems]
     assert told == [
         "sea.current.file tide.csv: holds the times from 0 to 500 s, allowed: a file that holds the run, from 0 to 600 s",

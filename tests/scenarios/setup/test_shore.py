@@ -18,8 +18,8 @@ from oilsim.slick.surface_flow import UniformFlow
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
-from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.layout import lay_out
+from scenarios.setup.resolve import resolve
 
 BEACH = Beach(waterline=(0.0, 0.0, 0.0), seaward=-0.5 * math.pi, slope=0.05, width=100.0, capacity=0.001)
 
@@ -37,7 +37,7 @@ def test_the_ground_falls_away_seaward_and_the_waterline_follows_the_tide() -> N
 
 
 def test_a_boom_over_the_waterline_lies_on_the_ground_and_floats_beyond() -> None:
-    fleet = lay_out(without_particles(load_scenario("shore-seal").scenario)).fleet
+    fleet = lay_out(resolve(load_scenario("shore-seal").scenario)).fleet
     layout = fleet.booms["main"]
     lowest, ground = [], []
     for segment in layout.segments:
@@ -109,9 +109,7 @@ def test_the_tubes_of_the_catalogue_weigh_what_they_displace() -> None:
     boom = entry.boom(20.0, 10)
     assert boom.float_width == boom.skirt_thickness == entry.base_width == 0.6
     with pytest.raises(ScenarioError, match=r"buoyancy_to_weight is 3, allowed with base_width: 2"):
-        lay_out(
-            without_particles(load_scenario("shore-seal", overrides=["booms.main.buoyancy_to_weight=3.0"]).scenario)
-        )
+        lay_out(resolve(load_scenario("shore-seal", overrides=["booms.main.buoyancy_to_weight=3.0"]).scenario))
 
 
 def test_a_shore_that_nothing_feels_and_wrong_ones_are_refused_at_once() -> None:
@@ -119,6 +117,6 @@ def test_a_shore_that_nothing_feels_and_wrong_ones_are_refused_at_once() -> None
         load_scenario("shore-seal", overrides=["shore.slope=0.0", "sea.tide.period=-1.0", "shore.capacity=-1.0"])
     assert all(key in str(caught.value) for key in ("shore.slope", "sea.tide.period", "shore.capacity"))
     with pytest.raises(ScenarioError) as caught:
-        load_scenario("shore-seal", overrides=["run.detail=particles"])
-    assert 'shore is given, allowed: with run.detail = "none"' in str(caught.value)
-    assert 'sea.tide is given, allowed: with run.detail = "none"' in str(caught.value)
+        load_scenario("shore-seal", overrides=["tank={lower=[-100,-90,-3], upper=[140,60,6]}"])
+    assert "shore is given, allowed: at the fidelity none" in str(caught.value)
+    assert "sea.tide is given, allowed: at the fidelity none" in str(caught.value)

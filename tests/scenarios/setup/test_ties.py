@@ -20,12 +20,12 @@ from scenarios.running.apply_orders import give_orders, require_reach
 from scenarios.running.assembly import build
 from scenarios.running.plan import Plan
 from scenarios.running.run import RunOptions, run_scenario
-from scenarios.setup.at_sea.particle_free import without_particles
 from scenarios.setup.layout import Layout, lay_out
+from scenarios.setup.resolve import resolve
 
 
 def laid(name: str, *settings: str) -> Layout:
-    return lay_out(without_particles(load_scenario(name, overrides=list(settings)).scenario))
+    return lay_out(resolve(load_scenario(name, overrides=list(settings)).scenario))
 
 
 def refused(name: str, settings: Sequence[str]) -> str:
@@ -101,10 +101,11 @@ def test_a_tie_is_cast_off_by_an_order_and_stays_so() -> None:
 
 
 def test_a_boom_is_paid_out_from_a_winch_ashore_at_its_speed() -> None:
-    assembly = build(load_scenario("launch-from-slip").scenario)
+    scenario = load_scenario("launch-from-slip").scenario
+    assembly = build(scenario)
     simulation, lines = assembly.co_simulation(), assembly.world.lines
     simulation.initialize()
-    plan, laid = Plan(scenario=assembly.scenario), lines.length("ties/brake")
+    plan, laid = Plan(scenario=scenario), lines.length("ties/brake")
     give_orders(assembly, plan.ordered(["ties.brake.hauled=-0.3"], 0).scenario_at(0))
     simulation.step()
     assert lines.length("ties/brake") - laid == pytest.approx(0.4 * 0.2)
@@ -128,7 +129,8 @@ WAITING = (
 
 
 def test_a_tie_that_waits_is_made_fast_within_reach_and_hauled_in() -> None:
-    assembly = build(load_scenario("deploy-and-connect", overrides=WAITING).scenario)
+    scenario = load_scenario("deploy-and-connect", overrides=WAITING).scenario
+    assembly = build(scenario)
     simulation, world = assembly.co_simulation(), assembly.world
     simulation.initialize()
     line = world.lines["ties/connect"]
@@ -136,7 +138,7 @@ def test_a_tie_that_waits_is_made_fast_within_reach_and_hauled_in() -> None:
     assert world.lines.length("ties/connect") == pytest.approx(0.6)
     simulation.step()
     assert world.tension("ties/connect") == 0.0
-    ordered = Plan(scenario=assembly.scenario).ordered(["ties.connect.made_fast=true"], 1).scenario_at(1)
+    ordered = Plan(scenario=scenario).ordered(["ties.connect.made_fast=true"], 1).scenario_at(1)
     require_reach(assembly, ordered)
     apart = world.line_distance("ties/connect")
     give_orders(assembly, ordered)

@@ -20,7 +20,6 @@ name = "window-box"
 duration = 10.0
 communication_step = 0.05
 threads = 1
-detail = "window"
 
 [fluid]
 particle_spacing = 0.2

@@ -22,7 +22,6 @@ name = "bad-window"
 duration = 1.0
 communication_step = 0.05
 threads = 1
-detail = "window"
 
 [fluid]
 particle_spacing = 0.2

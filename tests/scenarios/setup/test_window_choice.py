@@ -1,4 +1,4 @@
-"""A window's detail in a word or in metres becomes numbers, by boom and machine; what comes of it is told, what cannot be is refused."""
+"""A window's spacing in a word becomes numbers, by boom and machine; what comes of it is told, what cannot be is refused."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import pytest
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.scenario import Scenario
-from scenarios.setup.at_sea.settling import settled
-from scenarios.setup.at_sea.window_choice import COARSE, FINE, live_spacing, seconds_per_particle_step
 from scenarios.setup.cost import estimate
+from scenarios.setup.resolve import numbered
+from scenarios.setup.window_choice import COARSE, FINE, live_spacing, seconds_per_particle_step
 
 SKIRT = 0.75
-WINDOW = "run.detail=window"
+WINDOW = "fidelity=live"
 
 
 def sweep(*settings: str) -> Scenario:
@@ -22,14 +22,14 @@ def sweep(*settings: str) -> Scenario:
 
 
 def test_metres_and_fine_are_spacings_and_a_size_by_the_skirt() -> None:
-    given = settled(sweep("window.detail=0.2"))
+    given = numbered(sweep("window.spacing=0.2"))
     (window,) = given.window.values()
     assert (window.settings(given.fluid).spacing, window.size) == (0.2, (16.0, 16.0))
-    fine = settled(sweep('window={target="main", detail="fine"}'))
+    fine = numbered(sweep('window={target="main", spacing="fine"}'))
     (window,) = fine.window.values()
     assert window.size == pytest.approx((21.0 * SKIRT, 21.0 * SKIRT))
     assert window.settings(fine.fluid).spacing == fine.fluid.particle_spacing == pytest.approx(SKIRT / FINE)
-    assert settled(fine) is fine
+    assert numbered(fine) is fine
 
 
 def test_live_is_as_fine_as_the_machine_is_fast() -> None:
@@ -54,20 +54,20 @@ def test_check_tells_what_comes_of_it() -> None:
 @pytest.mark.parametrize(
     ("setting", "place", "text"),
     [
-        ("window={target='main', detail=0.8}", "window.detail", "up to the skirt of boom 'main', 0.75 m"),
-        ("window.detail=-1.0", "window.detail", "above 0"),
-        ('window.detail="best"', "window.detail", "'live', 'fine'"),
+        ("window={target='main', spacing=0.8}", "window.spacing", "up to the skirt of boom 'main', 0.75 m"),
+        ("window.spacing=-1.0", "window.spacing", "above 0"),
+        ('window.spacing="best"', "window.spacing", "'live', 'fine'"),
         ('window={target="main"}', "window", "size and depth are not both given"),
     ],
 )
 def test_bad_detail_is_refused(setting: str, place: str, text: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        settled(sweep(setting))
+        numbered(sweep(setting))
     assert [problem.path for problem in caught.value.problems] == [place]
     assert text in str(caught.value)
 
 
-@pytest.mark.parametrize("spacing", ["fluid.particle_spacing=0.25", "window.detail=0.25", 'window.detail="fine"'])
+@pytest.mark.parametrize("spacing", ["fluid.particle_spacing=0.25", "window.spacing=0.25", 'window.spacing="fine"'])
 def test_water_too_shallow_for_the_particles_is_refused_before_a_run(spacing: str) -> None:
     scenario = sweep("sea.depth=0.3", spacing)
     with pytest.raises(ScenarioError, match=r"allowed in a window on water 0\.3 m deep: up to a quarter"):
@@ -76,6 +76,6 @@ def test_water_too_shallow_for_the_particles_is_refused_before_a_run(spacing: st
 
 def test_a_window_ends_at_the_bottom_of_its_sea() -> None:
     deep = sweep("sea.depth=1.5", "window.size=[8.0, 8.0]")
-    (window,) = settled(deep).window.values()
+    (window,) = numbered(deep).window.values()
     assert window.depth == 1.5
     assert "8 by 8 m, 1.5 m deep, 6,144 particles" in "\n".join(estimate(deep).told)

@@ -19,7 +19,6 @@ name = "turning-vessel"
 duration = 10.0
 communication_step = 0.05
 threads = 1
-detail = "window"
 
 [fluid]
 particle_spacing = 0.125

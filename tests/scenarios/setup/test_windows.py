@@ -21,7 +21,6 @@ name = "two-windows"
 duration = 10.0
 communication_step = 0.05
 threads = 1
-detail = "window"
 
 [fluid]
 particle_spacing = 0.2
@@ -52,7 +51,7 @@ rim = 0.8
 
 [window.far]
 target = "other"
-detail = 0.25
+spacing = 0.25
 size = [4.0, 3.5]
 depth = 1.0
 rim = 0.8
@@ -72,7 +71,7 @@ density = 513.5
 """
 
 NEAR = '{ target = "box", size = [3.6, 3.6], depth = 0.8, rim = 0.8 }'
-FAR = '{ target = "other", detail = 0.25, size = [4.0, 3.5], depth = 1.0, rim = 0.8 }'
+FAR = '{ target = "other", spacing = 0.25, size = [4.0, 3.5], depth = 1.0, rim = 0.8 }'
 
 
 def assembled(folder: Path, place: float = 5.0, speed: float = 0.0, *overrides: str) -> Assembly:
@@ -144,7 +143,7 @@ def test_check_tells_of_each_window(tmp_path: Path) -> None:
     ("override", "place", "text"),
     [
         ('window.far.target="buoy"', "window.far.target", "allowed: box, other"),
-        ("window.far.detail=0.3", "window.far", "4 spacings"),
+        ("window.far.spacing=0.3", "window.far", "4 spacings"),
         ("window.far.colour=1", "window.far.colour", "is unknown"),
         ("fluid.gravity=[1.0, 0.0, -9.8]", "fluid.gravity", "straight down"),
         ("run.budget=true", "run.budget", "keeps no account of causes"),

@@ -1,7 +1,7 @@
 """Case 34: the same boom and the same barge with particles, with a window of them at the boom's apex, and without, towed and in waves.
 
 A boom of 12 m between two fixed ends in a current, which is towing seen from the boom, calm and with head waves; and a free barge in
-waves. Every scene runs with particles everywhere and with `run.detail = "none"`, the boom also with "window". Waves that particles carry
+waves. Every scene runs with particles everywhere and without, the boom also with a window. Waves that particles carry
 lose height, so motions count per height of the wave beside the barge.
 """
 
@@ -94,15 +94,14 @@ def barge_scene(spacing: float, threads: int | None) -> Scenario:
 
 def bare(scenario: Scenario) -> Scenario:
     """The same without particles."""
-    return replace(scenario, run=replace(scenario.run, detail="none"))
+    return replace(scenario, fidelity="none")
 
 
 def in_window(scenario: Scenario, aside: float = 0.0) -> Scenario:
     """The same with a window of particles, `aside` [m] of the boom's apex."""
-    run = replace(scenario.run, detail="window")
     window = WindowTable(target=(APEX + aside, 0.5 * WIDTH), size=(WINDOW, WINDOW), depth=WINDOW_DEPTH)
     fluid = replace(scenario.fluid, sleep_speed=ASLEEP, maximum_time_step=None)
-    return replace(scenario, run=run, window={"apex": window}, fluid=fluid)
+    return replace(scenario, window={"apex": window}, fluid=fluid)
 
 
 def _run(assembly: Assembly, bench: Bench, read) -> list:  # type: ignore[no-untyped-def, type-arg]
@@ -143,7 +142,7 @@ def towed(scenario: Scenario, bench: Bench) -> Towed:
 def rocked(scenario: Scenario, bench: Bench) -> Rocked:
     """Run the barge."""
     assembly = build(scenario)
-    world, has_particles = assembly.world, scenario.run.has_particles
+    world, has_particles = assembly.world, scenario.fidelity != "none"
     assert world is not None
     beside = np.array((0.0, 0.25 * BARGE_WIDTH + 0.25 * BARGE[1] + 0.0))
 

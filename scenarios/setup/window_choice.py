@@ -1,4 +1,4 @@
-"""The resolution of a window: `detail = "live"`, `"fine"` or metres become numbers before a run begins, and what comes of them is told.
+"""The resolution of a window: `spacing = "live"` or `"fine"` becomes numbers before a run begins, and what comes of them is told.
 
 A window is sized by the draft of the boom, vessel or deepest skirt that it follows: SIDES drafts wide and DEPTH drafts deep. "fine" has
 FINE particles to the draft. "live" has as many, from COARSE to FINE, as this machine computes in real time, by its speed measured on a
@@ -49,20 +49,22 @@ SWIRL = 0.1
 
 
 def chosen(scenario: Scenario) -> Scenario:
-    """Return the scenario with numbers in the place of its windows' details; ScenarioError where no draft tells a size.
+    """Return the scenario with numbers in the place of its windows' words; ScenarioError where no draft tells a size.
 
     A window that is alone gives the spacing to [fluid] too, by which bodies and pictures go.
     """
     windows = {name: _sized(scenario, name, window) for name, window in scenario.window.items()}
     spacing = (
-        next(iter(windows.values())).spacing(scenario.fluid) if len(windows) == 1 else scenario.fluid.particle_spacing
+        next(iter(windows.values())).spacing_in(scenario.fluid)
+        if len(windows) == 1
+        else scenario.fluid.particle_spacing
     )
     return replace(scenario, window=windows, fluid=replace(scenario.fluid, particle_spacing=spacing))
 
 
 def _sized(scenario: Scenario, name: str, window: WindowTable) -> WindowTable:
     """Return a window with numbers for its size, depth and spacing."""
-    if window.detail is None:
+    if window.spacing is None:
         return window
     draft = _draft(scenario, name, window)
     sized = replace(
@@ -70,11 +72,11 @@ def _sized(scenario: Scenario, name: str, window: WindowTable) -> WindowTable:
         size=(SIDES * draft, SIDES * draft) if window.size is None else window.size,
         depth=DEPTH * draft if window.depth is None else window.depth,
     )
-    if isinstance(window.detail, float):
+    if isinstance(window.spacing, float):
         return sized
-    if window.detail == "fine":
-        return replace(sized, detail=draft / FINE)
-    return replace(sized, detail=live_spacing(scenario, sized, draft, seconds_per_particle_step(scenario.run.threads)))
+    if window.spacing == "fine":
+        return replace(sized, spacing=draft / FINE)
+    return replace(sized, spacing=live_spacing(scenario, sized, draft, seconds_per_particle_step(scenario.run.threads)))
 
 
 def _draft(scenario: Scenario, name: str, window: WindowTable) -> float:
@@ -85,10 +87,8 @@ def _draft(scenario: Scenario, name: str, window: WindowTable) -> float:
         return scenario.vessels[str(window.target)].draft
     skirts = [boom.skirt_depth for boom in scenario.booms.values()]
     if not skirts:
-        text = (
-            f"is {window.detail!r}, allowed without a boom or vessel: none; give size, depth and fluid.particle_spacing"
-        )
-        raise ScenarioError([Problem(f"{window_place(name, scenario.window)}.detail", text)], scenario.name)
+        text = f"is {window.spacing!r}, allowed without a boom or vessel: none; give size, depth and fluid.particle_spacing"
+        raise ScenarioError([Problem(f"{window_place(name, scenario.window)}.spacing", text)], scenario.name)
     return max(skirts)
 
 
@@ -98,7 +98,7 @@ def live_spacing(scenario: Scenario, window: WindowTable, draft: float, speed: f
     speed [s] of the machine for a particle and step. Several windows share the time.
     """
     spacings = [float(one) for one in draft / np.linspace(FINE, COARSE, TRIALS)]
-    trials = ((one, replace(window, detail=one).settings(scenario.fluid)) for one in spacings)
+    trials = ((one, replace(window, spacing=one).settings(scenario.fluid)) for one in spacings)
     limit = SHARE / len(scenario.window)
     return next((one for one, settings in trials if _load(scenario, settings, speed) <= limit), spacings[-1])
 
@@ -143,7 +143,7 @@ def seconds_per_particle_step(threads: int | None) -> float:
 
 def window_facts(scenario: Scenario) -> Iterator[str]:
     """Say what comes of each window's resolution."""
-    for name, window in scenario.window.items() if scenario.run.detail == "window" else ():
+    for name, window in scenario.window.items():
         settings = window.settings(scenario.fluid)
         size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(scenario, settings)
         yield (
@@ -155,7 +155,7 @@ def window_facts(scenario: Scenario) -> Iterator[str]:
 
 def window_remarks(scenario: Scenario, sea: Sea) -> Iterator[str]:
     """Say what is wrong with the size, the place and the particles of each window though it can be run."""
-    for name, window in scenario.window.items() if scenario.run.detail == "window" else ():
+    for name, window in scenario.window.items():
         yield from _of_one(scenario, window, sea, window_place(name, scenario.window))
 
 

@@ -1,0 +1,186 @@
+"""A scenario as it is run: at one fidelity, with a number for every word and for every default that follows from others.
+
+It is resolved once, and every part of a run is built from that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+
+from scenarios.problems import Problem, ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.schema.liquid import SOMEWHERE, Fill, PipeEmitterSettings, Side, Tank, top_of_water
+from scenarios.schema.probe_settings import BodyProbe
+from scenarios.schema.sea import SeaSettings
+from scenarios.schema.window import WindowTable, window_place
+
+# [1] layers of water that a window needs; numerical; as its own depth
+LEAST_LAYERS = 4
+# [m] around all that an exercise places, and above still water, which pictures and plans show; chosen; as wide as a harbour boom
+MARGIN, HEADROOM = 100.0, 6.0
+# [s] between checkpoints where nothing else is said; user; a second of a tank of particles takes ten to calculate
+INTERVAL = 1.0
+# [s] the same without a tank; user; a checkpoint takes as long as two seconds of a large exercise
+INTERVAL_AT_SEA = 10.0
+# [1/s] frames with the surface of a sea by formulas; chosen; enough for long waves, at 1 % of a second's time, 4 % with a window
+SEA_RATE = 2.5
+# [1] frames with the surface for one frame, in a tank; chosen
+SURFACED = 0.5
+OPEN: tuple[Side, ...] = ("-x", "+x", "-y", "+y", "+z")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSpec(Scenario):
+    """A scenario as it is run.
+
+    tank      the box with walls whose particles `fill`, `emitters` and `probes` are about; None without one, and then these are empty
+    window    the boxes with rims, each with numbers; empty without any
+    domain    the tank, or the part of the open sea around everything that is placed, which has a floor only
+    spills    oil at the start that is parcels, because no tank holds it; sources: pipes that pour such oil
+    left_out  the entries of the file that no part of the run feels
+    """
+
+    domain: Tank
+    spills: Mapping[str, Fill] = field(default_factory=dict)
+    sources: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield nothing: those of the scenario have been told."""
+        yield from ()
+
+    @property
+    def period(self) -> tuple[float, float]:
+        """Length [m] after which the water repeats along x and y; 0 along an axis on which it does not."""
+        return self.domain.period
+
+    @property
+    def tanks(self) -> tuple[Tank, ...]:
+        """The boxes with walls that hold particles: one, or none."""
+        return () if self.tank is None else (self.tank,)
+
+    @property
+    def coarsest_spacing(self) -> float | None:
+        """Largest spacing [m] of particles that bodies may meet; None without any."""
+        return max(
+            (
+                *(self.fluid.particle_spacing for _ in self.tanks),
+                *(one.spacing_in(self.fluid) for one in self.window.values()),
+            ),
+            default=None,
+        )
+
+
+def numbered(scenario: Scenario) -> Scenario:
+    """Return the scenario with a number in the place of each word of its windows, so that a run can be repeated on another machine.
+
+    Windows end at the bottom of their sea. Raises ScenarioError where nothing tells a size, and for water too shallow for the particles.
+    """
+    windows = _windows(scenario)
+    if not windows:
+        return scenario
+    if not all(one.size and one.depth and not isinstance(one.spacing, str) for one in windows.values()):
+        from scenarios.setup.window_choice import chosen  # only such a run pays for particles
+
+        scenario = chosen(scenario)
+    return _above_the_bottom(scenario, _sea(scenario).depth or 0.0)
+
+
+def resolve(scenario: Scenario) -> RunSpec:
+    """Resolve a scenario; ScenarioError for what cannot be run."""
+    if isinstance(scenario, RunSpec):
+        return scenario
+    scenario = numbered(scenario)
+    recording, windows = scenario.recording, _windows(scenario)
+    tank = None if windows or scenario.fidelity == "none" else scenario.tank
+    interval = INTERVAL if tank else INTERVAL_AT_SEA
+    if recording.checkpoint_interval is None:
+        recording = replace(recording, checkpoint_interval=interval)
+    if recording.surface_rate is None:
+        recording = replace(recording, surface_rate=SURFACED * recording.frame_rate if tank else SEA_RATE)
+    changes = {item.name: getattr(scenario, item.name) for item in fields(Scenario)} | {
+        "recording": recording, "window": windows, "tank": tank,
+    }  # fmt: skip
+    if tank is not None:
+        return RunSpec(**changes, domain=tank)
+    sea = _sea(scenario)
+    is_oil = {name: phase.is_oil for name, phase in scenario.phases.items()}
+    probes = {name: probe for name, probe in scenario.probes.items() if isinstance(probe, BodyProbe)}
+    spills = {name: one for name, one in scenario.fill.items() if is_oil[one.phase]}
+    sources = {name: one for name, one in scenario.emitters.items() if is_oil[one.phase]}
+    kept: Mapping[str, Mapping[str, object]] = {"fill": spills, "emitters": sources, "probes": probes}
+    left_out = [
+        f"{table}.{name}" for table, there in kept.items() for name in getattr(scenario, table) if name not in there
+    ]
+    changes |= {"fill": {}, "emitters": {}, "probes": probes, "sea": sea}
+    if not windows:
+        changes["fluid"] = replace(
+            scenario.fluid, sleep_speed=0.0
+        )  # regions of a sea without water would cost a step's time
+    return RunSpec(**changes, domain=_open_sea(scenario, sea), spills=spills, sources=sources, left_out=tuple(left_out))
+
+
+def _windows(scenario: Scenario) -> Mapping[str, WindowTable]:
+    return {} if scenario.fidelity == "none" else scenario.window
+
+
+def deep_to_the_floor(scenario: Scenario, level: float) -> SeaSettings:
+    """Return the settings of the sea with depth and level: where they are not given, of water up to `level` [m] over the tank's floor."""
+    settings, tank = scenario.sea, scenario.tank
+    surface = level if settings.level is None else settings.level
+    depth = settings.depth
+    if depth is None:
+        layer = scenario.fluid.particle_spacing  # of a tank that is empty at the start
+        depth = layer if tank is None else max(surface - tank.lower[2], layer)
+    return replace(settings, level=surface, depth=depth)
+
+
+def _sea(scenario: Scenario) -> SeaSettings:
+    """Return the sea where no tank is, with its depth and level: where nothing is said, those of the water of the file."""
+    top = top_of_water(scenario.fill, scenario.phases)
+    if scenario.sea.depth is None and (top is None or scenario.tank is None):
+        text = "is missing, allowed: a depth, or a tank with water in a slab or block of [fill]"
+        raise ScenarioError([Problem("sea.depth", text)], scenario.name)
+    return deep_to_the_floor(scenario, top or 0.0)
+
+
+def _open_sea(scenario: Scenario, sea: SeaSettings) -> Tank:
+    """Return the part of the sea around all that is placed, or of a tank that is left out; its floor is the shore's, where there is one."""
+    level, open_sides = sea.level or 0.0, OPEN if scenario.shore is None else (*OPEN, "-z")
+    if scenario.tank is not None:
+        low, high = scenario.tank.lower[:2], scenario.tank.upper[:2]
+    else:
+        x, y = zip(*_places(scenario), strict=True)
+        low, high = (min(x) - MARGIN, min(y) - MARGIN), (max(x) + MARGIN, max(y) + MARGIN)
+    return Tank(lower=(*low, level - (sea.depth or 0.0)), upper=(*high, level + HEADROOM), open=open_sides)
+
+
+def _places(scenario: Scenario) -> Iterator[tuple[float, float]]:
+    """Yield places (x, y) [m] of everything that a scenario places in plan."""
+    yield 0.0, 0.0
+    yield from (vessel.position for vessel in scenario.vessels.values())
+    yield from (end for boom in scenario.booms.values() for end in boom.ends if not isinstance(end, str))
+    yield from (leg.anchor for leg in scenario.moorings.values())
+    yield from (pipe.mouth[:2] for pipe in scenario.emitters.values())
+    yield from (body.position[:2] for body in scenario.bodies.values())
+    for fill in scenario.fill.values():
+        yield from (corner[:2] for corner in fill.extent(SOMEWHERE))
+
+
+def _above_the_bottom(scenario: Scenario, depth: float) -> Scenario:
+    """Return the scenario with windows no deeper than the sea [m]; ScenarioError with each window whose particles find too few layers."""
+    problems = []
+    for name, table in scenario.window.items():
+        spacing = table.spacing_in(scenario.fluid)
+        if depth < LEAST_LAYERS * spacing:
+            key = (
+                "fluid.particle_spacing" if table.spacing is None else f"{window_place(name, scenario.window)}.spacing"
+            )
+            text = f"is {spacing:g} m, allowed in a window on water {depth:g} m deep: up to a quarter of that"
+            problems.append(Problem(key, text))
+    if problems:
+        raise ScenarioError(problems, scenario.name)
+    deep = {name: one for name, one in scenario.window.items() if one.depth is not None and one.depth > depth}
+    ended = {name: replace(one, depth=depth) for name, one in deep.items()}
+    return replace(scenario, window=dict(scenario.window) | ended) if ended else scenario
