@@ -7,19 +7,21 @@ particles: the drop and the particle that lies s ahead of it change places, at a
 pair's momentum; it frees the energy drho g s V of a volume V, which becomes heat as by the drag on a drop at its terminal speed.
 
     e = -+ grad p / |grad p|                  the way: against the pressure's gradient for a lighter drop, along it for a heavier one
-    m = number of like particles within 1.6 d         the drop has the volume of 1 + m particles
-    w_missing = f(m) max(0, w(1 + m) - (v - u) . e) (|grad p| / (rho g))^(1/2)
+    S_i = sum_like w_ij / sum w_ij,  w_ij = (1 - r^2 / H^2)^2        share of the own liquid around a particle, over the support H
+    S'_i = (S_i + sum_like w_ij S_j) / (1 + sum_like w_ij)           that of its drop: 0.3 of a block of 4 in a plane, 0.6 of a disc
+    w_missing = f(S') max(0, w(1 + m) - (v - u) . e) (|grad p| / (rho g))^(1/2)
     chance of a step dt: w_missing dt / s, s = (x_j - x_i) . e
 
-v is the mean velocity of the particle and the like ones within 1.6 d, u that of the other liquid within the kernel's support, so a
-cluster that the particles' own flow carries up is not carried up twice. f falls from 1 to 0 as the cluster grows, and is 0 at the surface
-of a body of liquid. The partner j is the particle of the other liquid nearest to the place d ahead; if that place is taken by
-a like particle, the one nearest to 2 d ahead: the last of a file passes to its front. Draws come from the particle's id and the number of
-the step, so threads, cell order and restarts change nothing. *Modelled.*
+m counts the like particles within 1.6 d: the drop has the volume of 1 + m particles. v is the mean velocity of the particle and of these, u
+that of the other liquid within the support, so a cluster that the particles' own flow carries up is not carried up twice. f falls from 1
+to 0 as the drop grows, and is 0 at the surface of a body of liquid, rough as it may be. The partner j is the particle of the other liquid
+nearest to the place d ahead; if a like particle is there, the one nearest to 2 d ahead: the last of a file passes to its front. Draws come
+from the particle's id and the number of the step, so threads, cell order and restarts change nothing. *Modelled.*
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -34,13 +36,11 @@ from oilsim.neighborhood.neighbor_search import nearest_images
 Real = NDArray[np.float32]
 # [d] within which particles of a liquid are one drop; numerical; between the third and the fourth shell of a lattice
 CLOSE = 1.6
-# [1] like particles within CLOSE in the tables; layout; more there are beside a body of liquid only
-LARGEST = 13
-# [1] like particles within CLOSE up to which a drop in a plane is modelled wholly, and from which on it is resolved; numerical; the face of
-# a body of liquid has 5, a cluster of four 3
-FADING_IN_A_PLANE = (3.5, 5.0)
-# [1] the same in space; numerical; the face of a body of liquid has 13
-FADING_IN_SPACE = (6.0, 11.0)
+# [1] like particles within CLOSE in the tables; layout; a drop with more is resolved
+LARGEST = 18
+# [1] S' up to which a drop is modelled wholly, and from which on it is resolved; numerical; blocks of 8 have 0.22, of 27 0.43, discs and balls
+# of three spacings of radius 0.56 and more at their rims
+FADING = (0.42, 0.56)
 # [d] that a partner must lie ahead; numerical; beside the drop it would not rise
 LEAST_AHEAD = 0.5
 # [N/m] between liquids without a tension in the configuration; measured; crude oils on sea water have 0.01 to 0.03
@@ -50,27 +50,19 @@ RESTS, WAITS = -1, -2
 
 
 def drop_speeds(phases: tuple[Phase, ...], spacing: float, dimension: int, gravity: float) -> Real:
-    """Return w(1 + m) f(m) and w(1 + m), (phases, phases, 2, LARGEST + 1) [m/s], of a drop of the first in the second by m.
+    """Return w(1 + m), (phases, phases, LARGEST + 1) [m/s], of a drop of the first in the second by m.
 
     spacing d [m]; gravity [m/s2], 0 or more.
     """
-    speeds = np.zeros((len(phases), len(phases), 2, LARGEST + 1), np.float32)
-    whole, none = FADING_IN_A_PLANE if dimension == 2 else FADING_IN_SPACE
-    for i, drop in enumerate(phases):
-        for j, around in enumerate(phases):
-            if i == j:
-                continue
-            tension = abs(drop.interfacial_tension - around.interfacial_tension) or ASSUMED_TENSION
-            for m in range(LARGEST + 1):
-                size = (
-                    (6.0 / math.pi * (1 + m)) ** (1.0 / 3.0) if dimension == 3 else math.sqrt(4.0 / math.pi * (1 + m))
-                )
-                w = terminal_speed(
-                    size * spacing, around.rest_density, around.dynamic_viscosity,
-                    abs(drop.rest_density - around.rest_density), tension, gravity,
-                )  # fmt: skip
-                fade = min(1.0, max(0.0, (none - m) / (none - whole)))
-                speeds[i, j, :, m] = fade, w
+    speeds = np.zeros((len(phases), len(phases), LARGEST + 1), np.float32)
+    for (i, drop), (j, around) in itertools.permutations(enumerate(phases), 2):
+        tension = abs(drop.interfacial_tension - around.interfacial_tension) or ASSUMED_TENSION
+        difference = abs(drop.rest_density - around.rest_density)
+        for m in range(LARGEST + 1):
+            size = (6.0 / math.pi * (1 + m)) ** (1.0 / 3.0) if dimension == 3 else math.sqrt(4.0 / math.pi * (1 + m))
+            speeds[i, j, m] = terminal_speed(
+                size * spacing, around.rest_density, around.dynamic_viscosity, difference, tension, gravity
+            )
     return speeds
 
 
@@ -104,18 +96,46 @@ def nearest_to(i, fluid, points, period, ahead, distance):
     return found, length
 
 
+@exactly_inlined
+def weight_of(square, support):
+    """Compute w of the module's docstring [1] from the square of a distance [m2] within the support radius [m]."""
+    inside = 1.0 - square / (support * support)
+    return inside * inside if inside > 0.0 else 0.0
+
+
+@njit(**EXACT)
+def fill_shares(begin, end, chosen, neighborhood, phase, share):
+    """Fill share (N,) with S of the module's docstring [1] for the `chosen` (K,) particles; neighborhood: the `Neighborhood`.
+
+    phase (N,) index.
+    """
+    points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
+    for n in range(begin, end):
+        i = chosen[n]
+        like = whole = 0.0
+        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
+            j = fluid.neighbor[k]
+            dx, dy, dz = nearest_images(
+                points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2], period
+            )
+            weight = weight_of(dx * dx + dy * dy + dz * dz, neighborhood.support)
+            whole += weight
+            if phase[j] == phase[i]:
+                like += weight
+        share[i] = like / whole if whole > 0.0 else 0.0
+
+
 @njit(**EXACT)
 def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, speeds, scales, partner):
     """Fill partner (K,) with the index of the particle with which each of the `chosen` (K,) changes place in this step.
 
     It is `RESTS` for a particle that is no drop on its way, and `WAITS` for one whose turn has not come.
-
-    neighborhood: the `Neighborhood`; liquid: phase (N,) and id (N,) of the particles, and densities of the phases [kg/m3]; velocity (3, N)
-    [m/s]; kappa (N,) pressure impulse [m2/s]; speeds: see `drop_speeds` [1, m/s]; scales: spacing [m], length of the step [s], slope of
-    kappa in liquid at rest [m/s], dimension, number of the step.
+    neighborhood: the `Neighborhood`; liquid: phase (N,), id (N,) and share S (N,) [1] of the particles, and densities of the phases
+    [kg/m3]; velocity (3, N) [m/s]; kappa (N,) pressure impulse [m2/s]; speeds: see `drop_speeds` [m/s]; scales: spacing [m], length of the
+    step [s], slope of kappa in liquid at rest [m/s], dimension, number of the step.
     """
     points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
-    phase, identity, densities = liquid
+    phase, identity, share, densities = liquid
     spacing, time_step, at_rest, dimension, number = scales
     near = (CLOSE * spacing) ** 2
     for n in range(begin, end):
@@ -124,6 +144,7 @@ def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, s
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         alike, unlike = 0, 0
         gx = gy = gz = ux = uy = uz = around = 0.0
+        drop, weights = np.float64(share[i]), 1.0
         vx, vy, vz = np.float64(velocity[0, i]), np.float64(velocity[1, i]), np.float64(velocity[2, i])
         for k in range(first, last):
             j = fluid.neighbor[k]
@@ -137,11 +158,14 @@ def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, s
                 unlike += 1
                 around += densities[phase[j]]
                 ux, uy, uz = ux + velocity[0, j], uy + velocity[1, j], uz + velocity[2, j]
-            elif square < near:
+                continue
+            weight = weight_of(square, neighborhood.support)
+            drop, weights = drop + weight * share[j], weights + weight
+            if square < near:
                 alike += 1
                 vx, vy, vz = vx + velocity[0, j], vy + velocity[1, j], vz + velocity[2, j]
-        steep = math.sqrt(gx * gx + gy * gy + gz * gz)
-        if unlike == 0 or alike > LARGEST or steep == 0.0:
+        steep, drop = math.sqrt(gx * gx + gy * gy + gz * gz), drop / weights
+        if unlike == 0 or alike > LARGEST or steep == 0.0 or drop >= FADING[1]:
             continue
         way = -1.0 / steep if densities[phase[i]] * unlike < around else 1.0 / steep
         ahead = way * gx, way * gy, way * gz
@@ -155,9 +179,9 @@ def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, s
             + ahead[1] * (vy / (1 + alike) - uy / unlike)
             + ahead[2] * (vz / (1 + alike) - uz / unlike)
         )
-        fade, whole = speeds[phase[i], phase[j], 0, alike], speeds[phase[i], phase[j], 1, alike]
+        fade = min(1.0, (FADING[1] - drop) / (FADING[1] - FADING[0]))
         steepness = dimension * steep / (at_rest * np.int64(fluid.number[i]))
-        missing = fade * (whole * math.sqrt(steepness) - max(0.0, slip))
+        missing = fade * (speeds[phase[i], phase[j], alike] * math.sqrt(steepness) - max(0.0, slip))
         if missing > 0.0:
             partner[n] = j if draw(identity[i], number) * length < missing * time_step else WAITS
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.core.state import FluidState
-from oilsim.drops.drift import RESTS, choose_partners, pairs_of
+from oilsim.drops.drift import RESTS, choose_partners, fill_shares, pairs_of
 from oilsim.step.arrays import Index, Neighbors
 from oilsim.step.context import StepContext
 
@@ -23,11 +23,13 @@ def move_drops(
     config, constants = context.config, context.constants
     assert constants.drop_speeds is not None
     chosen = np.unique(np.concatenate(minor))
-    partner = np.empty(chosen.size, np.int64)
+    partner, share = np.empty(chosen.size, np.int64), np.ones(len(neighbors.points))  # of others: amid their own liquid
+    neighborhood = neighbors.neighborhood
+    context.team.run(fill_shares, chosen.size, chosen, neighborhood, state.phase, share)
     at_rest = math.hypot(*config.gravity) * state.time_step
     scales = config.particle_spacing, time_step, at_rest, config.dimension, state.steps
     context.team.run(
-        choose_partners, chosen.size, chosen, neighbors.neighborhood, (state.phase, state.id, constants.densities), state.velocity,
+        choose_partners, chosen.size, chosen, neighborhood, (state.phase, state.id, share, constants.densities), state.velocity,
         state.pressure_impulse, constants.drop_speeds, scales, partner,
     )  # fmt: skip
     partner[partner >= neighbors.awake] = RESTS
