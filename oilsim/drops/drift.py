@@ -38,8 +38,8 @@ Real = NDArray[np.float32]
 CLOSE = 1.6
 # [1] like particles within CLOSE in the tables; layout; a drop with more is resolved
 LARGEST = 18
-# [1] S' up to which a drop is modelled wholly, and from which on it is resolved; numerical; blocks of 8 have 0.22, of 27 0.43, discs and balls
-# of three spacings of radius 0.56 and more at their rims
+# [1] S' up to which a drop is modelled wholly, and from which on it is resolved; numerical; blocks of 8 have 0.22, of 27 0.43, the rims of
+# discs and balls of three spacings of radius 0.56 and more
 FADING = (0.42, 0.56)
 # [d] that a partner must lie ahead; numerical; beside the drop it would not rise
 LEAST_AHEAD = 0.5
