@@ -48,6 +48,7 @@ from scenarios.schema.window import WindowTable, window_place
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
+ROLES = ("instructor", "observer")  # of the console, whose crews have the names of their vessels
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.bodies, which takes a second to import
 MOST_PARTICLES = 1e8  # some 300 GB of memory
 NAMED_TABLES = (
@@ -250,6 +251,9 @@ def _names(parts: Parts) -> Iterator[Problem]:
         for name in names:
             if not re.fullmatch(NAME_PATTERN, name):
                 yield Problem(table, f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
+    for name in parts.names["vessels"]:
+        if name.lower() in ROLES:
+            yield Problem("vessels", f"has an entry {name!r}, which is a role of the console, allowed: another name")
     if not parts.names["phases"]:
         yield Problem("phases", "is empty, allowed: one phase or more")
     if not parts.names["fill"] and not parts.names["emitters"] and "tank" in parts.boxes:
@@ -427,14 +431,14 @@ def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterato
 
 def _fmus(parts: Parts) -> Iterator[Problem]:
     """Check FMUs and their connections; code for FMUs is imported only if there are some."""
-    from scenarios.signals.fmu_checks import fmu_problems
-    from scenarios.signals.signal_table import signals_of
+    from scenarios.controls.fmu_checks import fmu_problems
+    from scenarios.controls.signals import signals_of
 
     yield from fmu_problems(parts.fmus, signals_of(parts))
 
 
 def _injects(parts: Parts) -> Iterator[Problem]:
     """Check the orders and conditions of injects; the signals of a run are imported only if there are some."""
-    from scenarios.signals.inject_checks import inject_problems
+    from scenarios.controls.inject_checks import inject_problems
 
     yield from inject_problems(parts)

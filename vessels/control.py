@@ -135,9 +135,14 @@ class VesselControl(_Controls):
         return self._course.legs[max(self._state.leg, 0)]
 
     def change_course(self, course: Course) -> None:
-        """Follow the legs of `course` from the next step on; the leg that holds then begins anew."""
+        """Follow the legs of `course` from the next step on; the leg that holds then begins anew, unless only its speed is another."""
+        now, before = self._state.leg, self._course.legs
         self.vessel, self._course = replace(self.vessel, course=course), course
-        self._state.leg = -1
+        known = 0 <= now < min(len(course.legs), len(before))
+        if known and replace(course.legs[now], speed=before[now].speed) == before[now]:
+            self._take(course.legs[now])
+        else:
+            self._state.leg = -1
 
     def lay_line(self, point: tuple[float, float] | None) -> None:
         """Let the line of every leg that has one go through a point (x, y) [m] from now on; None: through the leg's own."""
@@ -170,10 +175,14 @@ class VesselControl(_Controls):
         leg = course.leg_index(time, state.leg, place, self._early(surge))
         if leg != state.leg:
             state.leg = leg
-            state.speed_order, state.heading_order = course.legs[leg].speed, course.legs[leg].heading
             state.lane_integral = 0.0
-            self._values[f"{self.vessel.name}.speed_order"] = np.array(state.speed_order)
-            self._values[f"{self.vessel.name}.heading_order"] = np.array(state.heading_order)
+            self._take(course.legs[leg])
+
+    def _take(self, leg: CourseLeg) -> None:
+        """Take the speed and the heading of a leg."""
+        self._state.speed_order, self._state.heading_order = leg.speed, leg.heading
+        self._values[f"{self.vessel.name}.speed_order"] = np.array(leg.speed)
+        self._values[f"{self.vessel.name}.heading_order"] = np.array(leg.heading)
 
     def _early(self, surge: float) -> float:
         """Return the distance [m] before the end of a leg at which to stop from a speed ahead [m/s], or to turn: a hull's length."""

@@ -1,7 +1,7 @@
 """A tow winch: a drum whose drive gives way, a brake that slips, and rendering and recovering by tension.
 
-x [m] is the paid-out line, counted from the drum's position at the start, positive outward; v [m/s] the speed of the line at the
-drum; T [N] the tension:
+x [m] is the paid-out line, counted from the drum's position at the start, positive outward, and hauled = -x; v [m/s] the speed of the
+line at the drum; T [N] the tension:
 
     brake set:           v = max(0, T - brake_holding) / brake_slip
     constant tension:    v* = maximum_speed clip((T - tension_order) / tension_band, -1, 1), 0 within the dead band
@@ -40,6 +40,7 @@ class TowWinch(ScalarModel):
     line_out = parameter("m", 5.0)
     line_in = parameter("m", 0.0)
     paid_out = given("m")
+    hauled = given("m")
     speed = given("m/s")
 
     def check(self) -> None:
@@ -66,7 +67,7 @@ class TowWinch(ScalarModel):
         reached = min(max(self.paid_out + moved, -self.line_in), self.line_out)
         if reached != self.paid_out + moved:
             self.speed = 0.0
-        self.paid_out = reached
+        self.paid_out, self.hauled = reached, -reached
 
     def _wanted_speed(self) -> float:
         """Compute the speed v* [m/s] that the drive aims at."""

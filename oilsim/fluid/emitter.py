@@ -35,7 +35,7 @@ class PipeEmitter(LimitedAttributes):
             "mouth": Quantity(unit="m"),
             "direction": Quantity(),
             "radius": Quantity(unit="m", above=0.0),
-            "speed": Quantity(unit="m/s", at_least=0.0),
+            "speed": Quantity(unit="m/s", at_least=0.0, at_most=100.0),
             "spacing": Quantity(unit="m", above=0.0),
             "start": Quantity(unit="s", at_least=0.0),
             "volume": Quantity(unit="m3", above=0.0),

@@ -118,8 +118,8 @@ def register_signals(commands: argparse._SubParsersAction) -> None:
 def _signals(options: argparse.Namespace) -> int:
     from rich.table import Table
 
+    from scenarios.controls.signals import signals_of
     from scenarios.load import load_scenario
-    from scenarios.signals.signal_table import signals_of
     from scenarios.text.terminal import terminal
 
     scenario = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo).scenario

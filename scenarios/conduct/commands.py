@@ -20,7 +20,7 @@ look                        time [s]: the state nearest to it, for a page that l
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,10 +64,10 @@ def read_message(text: str | bytes) -> dict[str, Any]:
     """Read a message; ScenarioError for one that is too long or no JSON object."""
     raw = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
     if len(raw) > LONGEST:
-        raise _refused("the message", f"has {len(raw)} bytes, allowed: up to {LONGEST}")
+        raise refused("the message", f"has {len(raw)} bytes, allowed: up to {LONGEST}")
     data = read_object(raw)
     if data is None:
-        raise _refused("the message", "cannot be read, allowed: a JSON object")
+        raise refused("the message", "cannot be read, allowed: a JSON object")
     return data
 
 
@@ -75,9 +75,9 @@ def read_command(data: Mapping[str, Any]) -> Command:
     """Read a command; ScenarioError, which names every entry that is wrong."""
     number, verb = data.get("id"), data.get("do")
     if not isinstance(number, int) or isinstance(number, bool) or abs(number) > DEEPEST:
-        raise _refused("id", "is no whole number, allowed: a number by which the page knows the answer")
+        raise refused("id", "is no whole number, allowed: a number by which the page knows the answer")
     if not isinstance(verb, str) or verb not in _ENTRIES:
-        raise _refused("do", f"is {str(verb)[:40]!r}, allowed: {', '.join(_ENTRIES)}")
+        raise refused("do", f"is {str(verb)[:40]!r}, allowed: {', '.join(_ENTRIES)}")
     wanted, given = _ENTRIES[verb], {key: value for key, value in data.items() if key not in ("id", "do")}
     problems = [Problem(str(key)[:40], f"is no entry of {verb}") for key in given if key not in wanted]
     problems += [
@@ -88,6 +88,31 @@ def read_command(data: Mapping[str, Any]) -> Command:
     if problems:
         raise ScenarioError(problems, "oilsim")
     return Command(number, verb, given)
+
+
+def settings_of(command: Command, vessels: Mapping[str, Any]) -> Sequence[str]:
+    """Return the settings of the order that a command asks for; vessels: present states by name. ScenarioError for another vessel."""
+    verb, entries = command.verb, command.entries
+    if verb == "order":
+        return list(entries["settings"])
+    if verb == "tow":
+        return [f"tow.speed={entries['speed']!r}", f"tow.heading={entries['heading']!r}"]
+    vessel = entries["vessel"]
+    present = vessels.get(vessel)
+    if present is None:
+        raise refused("vessel", f"is {vessel!r}, allowed: {', '.join(vessels) or 'none'}")
+    if verb == "engine":
+        return [f"vessels.{vessel}.engine={'running' if entries['runs'] else 'stopped'}"]
+    if verb == "line":
+        if present["line"] is None:
+            raise refused("vessel", f"is {vessel!r}, allowed: one with an elastic tow line, which a winch can haul")
+        return [f"vessels.{vessel}.hauled={present['line']['laid'] - entries['length']!r}"]
+    if verb == "levers":
+        levers = f"[{entries['thrust']!r},{entries['steering']!r}]"
+        return [f"vessels.{vessel}.legs=[{{speed=0.0,heading={present['heading']!r},by_hand={levers}}}]"]
+    line = f",through=[{present['x']!r},{present['y']!r}]" if entries["keeps_line"] else ""
+    leg = f"{{speed={entries['speed']!r},heading={entries['heading']!r}{line}}}"
+    return [f"vessels.{vessel}.legs=[{leg}]"]
 
 
 def _is_a(kind: str, value: Any) -> bool:
@@ -119,5 +144,6 @@ def _is_text(value: Any) -> bool:
     return isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT and value.isprintable()
 
 
-def _refused(place: str, text: str) -> ScenarioError:
+def refused(place: str, text: str) -> ScenarioError:
+    """Return the refusal of a command, at a place."""
     return ScenarioError([Problem(place, text)], "oilsim")

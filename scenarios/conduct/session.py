@@ -19,13 +19,12 @@ from typing import Any
 
 from recordings.model.frame import ORDER_SOURCES
 from scenarios.conduct.access import Role
-from scenarios.conduct.commands import Command
+from scenarios.conduct.commands import Command, refused, settings_of
 from scenarios.conduct.conducted_run import Errand, start_run
 from scenarios.conduct.history import Album, History
 from scenarios.debrief.order_words import order_in_words
 from scenarios.orders.client import NoAnswerError, ask
 from scenarios.orders.protocol import Kind
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import free_recording
 
 _STATE = b'{"kind": "state"'
@@ -146,35 +145,11 @@ class Session:
                 return await self._ask("mark", entries["name"])
             case verb if verb in _PLAIN:
                 return await self._ask(_PLAIN[verb])
-        settings = self._settings(command.verb, entries)
+        settings = settings_of(command, (self.state or {}).get("vessels", {}))
         told = await self._ask("order", *settings)
         if role.kind != "instructor":
             self._say(f"{role.name} ordered it", source="console")
         return told
-
-    def _settings(self, verb: str, entries: Mapping[str, Any]) -> Sequence[str]:
-        """Return the settings of an order."""
-        if verb == "order":
-            return list(entries["settings"])
-        if verb == "tow":
-            return [f"tow.speed={entries['speed']!r}", f"tow.heading={entries['heading']!r}"]
-        vessel = entries["vessel"]
-        present = (self.state or {}).get("vessels", {}).get(vessel)
-        if present is None:
-            known = ", ".join((self.state or {}).get("vessels", {})) or "none"
-            raise refused("vessel", f"is {vessel!r}, allowed: {known}")
-        if verb == "engine":
-            return [f"vessels.{vessel}.engine={'running' if entries['runs'] else 'stopped'}"]
-        if verb == "line":
-            if present["line"] is None:
-                raise refused("vessel", f"is {vessel!r}, allowed: one with an elastic tow line, which a winch can haul")
-            return [f"vessels.{vessel}.hauled={present['line']['laid'] - entries['length']!r}"]
-        if verb == "levers":
-            levers = f"[{entries['thrust']!r},{entries['steering']!r}]"
-            return [f"vessels.{vessel}.legs=[{{speed=0.0,heading={present['heading']!r},by_hand={levers}}}]"]
-        line = f",through=[{present['x']!r},{present['y']!r}]" if entries["keeps_line"] else ""
-        leg = f"{{speed={entries['speed']!r},heading={entries['heading']!r}{line}}}"
-        return [f"vessels.{vessel}.legs=[{leg}]"]
 
     async def _ask(self, kind: Kind, *words: str) -> str:
         """Ask the run; ScenarioError if it refuses, or cannot answer."""
@@ -315,8 +290,3 @@ class Session:
         time = 0.0 if self.state is None else self.state["time"]
         self._add({"time": time, "text": text, "level": "info", "source": source, "mark": None})
         self._changed()
-
-
-def refused(place: str, text: str) -> ScenarioError:
-    """Return the refusal of a command, at a place."""
-    return ScenarioError([Problem(place, text)], "oilsim")

@@ -201,7 +201,7 @@ def _vessel_state(
 ) -> dict[str, Any]:
     body = frame.bodies[body_of(name)]
     ground = body.linear_velocity[:2]
-    leg = getattr(assembly.parts.controls[name], "leg", None)
+    leg = getattr(assembly.parts.helms[name], "leg", None)
     return {
         "x": float(body.position[0]),
         "y": float(body.position[1]),

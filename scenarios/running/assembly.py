@@ -6,7 +6,7 @@ positions of the bodies; the fluid answers the bodies' motion with wrenches; the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -26,8 +26,10 @@ from coupling.participants.fluid import FluidParticipant
 from oilsim import AdvanceReport, Fluid
 from oilsim.fluid.views import JointReadings
 from recordings.model.frame import RunDescription
+from scenarios.controls.signal_board import SignalBoard
+from scenarios.controls.signals import RunParts, signals_of
 from scenarios.problems import problems_of
-from scenarios.running.winches import Winches
+from scenarios.running.run_controls import RunControls
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
@@ -37,8 +39,6 @@ from scenarios.setup.run_description import describe_run
 from scenarios.setup.run_sea import RunSea
 from scenarios.setup.simulators import Simulators, build_simulators
 from scenarios.setup.solids.placed_solids import Solid
-from scenarios.signals.signal_participant import SignalBoard
-from scenarios.signals.signal_table import RunParts, signals_of
 from scenarios.watch.boom_scoring import Scoring
 from scenarios.watch.boom_strength import BoomStrength
 from scenarios.watch.coupling_series import CouplingAccount
@@ -50,8 +50,6 @@ from vessels.vessel import Vessel
 from vessels.windage import Windage, WindOnBodies
 
 if TYPE_CHECKING:
-    from trimesh import Trimesh
-
     from booms.recovery.skimming import SkimmingParticipant
     from coupling.fmu.isolated_fmu import Fmu
     from coupling.participants.slick import SlickParticipant
@@ -62,14 +60,13 @@ if TYPE_CHECKING:
 class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
-    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; sea: how undisturbed water
-    moves; readings: of all liquid, where there
-    are several windows, of which the first is `fluid`; coupled: names of the
-    bodies that exchange motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part;
-    winches: change the lengths of lines; accounts: scores and sums, advanced by the master; remarks: what a run falls short of;
-    parts: what signals reach into; exchange, ledger: how bodies meet the fluid, and the accounts of it; slick: the oil of a run
-    without particles, None of another; skimmers: what takes it off the water; fmus: those that take part; solids: all bodies as placed at
-    the start; level: of the still water [m]; faults: what fails on purpose.
+    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; sea: how undisturbed water moves;
+    readings: of all liquid, where there are several windows, of which the first is `fluid`; coupled: names of the bodies that exchange
+    motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part; controls: bring parts to what orders
+    and signals ask for; accounts: scores and sums, advanced by the master; remarks: what a run falls short of; parts: what signals read
+    and drive; exchange, ledger: how bodies meet the fluid, and the accounts of it; slick: the oil of a run without particles, None of
+    another; skimmers: what takes it off the water; fmus: those that take part; solids: all bodies as placed at the start; level: of the
+    still water [m]; faults: what fails on purpose.
     """
 
     scenario: RunSpec
@@ -83,7 +80,7 @@ class Assembly:
     coupled: tuple[str, ...]
     fleet: Fleet
     strength: BoomStrength
-    winches: Winches
+    controls: RunControls
     accounts: RunAccounts
     remarks: Remarks
     parts: RunParts
@@ -102,11 +99,6 @@ class Assembly:
     def scoring(self) -> Scoring:
         """The accounts of the booms."""
         return self.accounts.scoring
-
-    @property
-    def controls(self) -> tuple[VesselControl, ...]:
-        """The helmsmen of the vessels."""
-        return tuple(one for one in self.parts.controls.values() if isinstance(one, VesselControl))
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -130,18 +122,10 @@ class Assembly:
         counts = {name: len(self.readings.phase_ids(name)) for name in self.scenario.phases}
         return counts | {"boundary": self.readings.boundary_count}
 
-    def present_meshes(self) -> dict[str, Trimesh]:
-        """Return the meshes [m] of all bodies that the liquid meets, by name, where they are now."""
-        return {
-            solid.name: solid.world_mesh(pose=None if self.world is None else self.world.pose(solid.name))
-            for solid in self.solids
-            if solid.wetted
-        }
-
     def _tend_lines(self, point: CommunicationPoint) -> None:
         """Let overloaded booms part, and winches work."""
         self.strength.advance()
-        self.winches.advance()
+        self.controls.advance()
 
     def co_simulation(self, observers: Sequence[Observer] = ()) -> CoSimulation:
         """Create the coupled run with these observers."""
@@ -168,21 +152,23 @@ def build(
     `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording. `faults`: what is to
     fail on purpose, beside what the scenario says.
     """
-    scenario = resolve(scenario)
+    written, scenario = scenario, resolve(scenario)
     fmus = _fmus(scenario)
     simulators = build_simulators(scenario)
     scenario = simulators.scenario
     bodies, world = simulators.bodies, simulators.world
     scoring = Scoring(scenario, simulators)
-    controls = _controls(simulators)
+    helms = _helms(simulators)
+    strength = BoomStrength(scenario, world, simulators.fleet, scoring, simulators.slick)
+    controls = RunControls(scenario, simulators, helms, strength, scoring)
     blown = _wind_on_bodies(simulators)
     accounts = _accounts(simulators, scoring)
     slicks = () if simulators.slick is None else (simulators.slick,)
-    parts = _parts(simulators, controls, scoring)
-    orders, readings = _boards(scenario, parts)
+    parts = _parts(simulators, controls, helms, scoring)
+    orders, readings = _boards(written, parts)
     blowing = [blown] if blown else []
     participants = (
-        *fmus, *orders, *controls, *blowing, *bodies.participants, *slicks, *simulators.skimmers, *readings,
+        *fmus, *orders, *helms.values(), *blowing, *bodies.participants, *slicks, *simulators.skimmers, *readings,
     )  # fmt: skip
     return Assembly(
         scenario=scenario,
@@ -195,13 +181,13 @@ def build(
         fluid_participant=bodies.fluid,
         coupled=simulators.coupled,
         fleet=simulators.fleet,
-        strength=BoomStrength(scenario, world, simulators.fleet, scoring, simulators.slick),
-        winches=Winches(scenario, world, simulators.fleet),
+        strength=strength,
+        controls=controls,
         accounts=accounts,
         remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),
         parts=parts,
         participants=_failing(participants, faults, world) if faults else participants,
-        connections=(*_connections(scenario, bodies, controls, blown), *_slick_connections(simulators)),
+        connections=(*_connections(scenario, bodies, helms.values(), blown), *_slick_connections(simulators)),
         description=describe_run(simulators, text=text, overrides=overrides),
         frame_source=FrameReader(simulators, accounts, fmus),
         exchange=bodies.exchange,
@@ -232,16 +218,17 @@ def _accounts(simulators: Simulators, scoring: Scoring) -> RunAccounts:
     )
 
 
-def _controls(simulators: Simulators) -> tuple[VesselControl | ManualControl, ...]:
+def _helms(simulators: Simulators) -> dict[str, VesselControl | ManualControl]:
     """Create the helmsmen, who meet the current of the sea at half the draft, and in a tank its wind: at sea, loads hold that."""
-    controls = tuple(
-        VesselControl(vessel) if vessel.course else ManualControl(vessel) for vessel in simulators.fleet.vessels
-    )
-    for control in controls:
-        control.current = partial(_current, simulators, control.vessel)
-        for _ in simulators.scenario.tanks:
-            control.wind = partial(_wind, simulators)
-    return controls
+    helms: dict[str, VesselControl | ManualControl] = {
+        vessel.name: VesselControl(vessel) if vessel.course else ManualControl(vessel)
+        for vessel in simulators.fleet.vessels
+    }
+    for helm in helms.values():
+        helm.current = partial(_current, simulators, helm.vessel)
+        if simulators.scenario.tanks:
+            helm.wind = partial(_wind, simulators)
+    return helms
 
 
 def _current(simulators: Simulators, vessel: Vessel, time: float) -> NDArray[np.float64]:
@@ -271,14 +258,15 @@ def _wind_on_bodies(simulators: Simulators) -> WindOnBodies | None:
 
 def _parts(
     simulators: Simulators,
-    controls: Sequence[VesselControl | ManualControl],
+    controls: RunControls,
+    helms: Mapping[str, VesselControl | ManualControl],
     scoring: Scoring,
 ) -> RunParts:
-    """Return the parts that signals reach into."""
+    """Return the parts that signals read and drive."""
     return RunParts(
-        sea=simulators.sea,
         world=simulators.world,
-        controls={control.vessel.name: control for control in controls},
+        helms=helms,
+        drive=controls.drive,
         scoring=scoring,
         tension_joints=simulators.fleet.tension_joints,
         skimmers={one.short_name: one for one in simulators.skimmers},
@@ -289,12 +277,12 @@ def _fmus(scenario: RunSpec) -> tuple[Fmu, ...]:
     """Create the FMUs; code for FMUs is imported only if there are some."""
     if not scenario.fmus:
         return ()
-    from scenarios.signals.fmu_checks import fmu_participants
+    from scenarios.controls.fmu_checks import fmu_participants
 
     return fmu_participants(scenario.fmus)
 
 
-def _boards(scenario: RunSpec, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
+def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
     """Return the board for the signals that FMUs drive, and the one for those that feed them; none without FMUs."""
     if not scenario.fmus:
         return (), ()
@@ -308,12 +296,12 @@ def _boards(scenario: RunSpec, parts: RunParts) -> tuple[tuple[SignalBoard, ...]
 def _connections(
     scenario: RunSpec,
     bodies: CoupledBodies,
-    controls: Sequence[VesselControl | ManualControl],
+    helms: Iterable[VesselControl | ManualControl],
     blown: WindOnBodies | None,
 ) -> tuple[Connection, ...]:
     """List the connections between FMUs and signals, bodies and fluid, helmsmen and vessels, wind and other bodies."""
     fmus = connections_of(scenario.fmus).values()
-    moved = [(one.name, one.vessel.name, body_of(one.vessel.name)) for one in controls]
+    moved = [(one.name, one.vessel.name, body_of(one.vessel.name)) for one in helms]
     moved += [(blown.name, body, body) for body in blown.body_names] if blown else []
     return (*fmus, *bodies.connections, *(link for one in moved for link in _links(*one)))
 

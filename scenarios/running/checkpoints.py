@@ -33,7 +33,13 @@ _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bit
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
     """Return everything that influences the next step, and the accounts that are kept."""
     state = {"simulation": simulation.save_state(), "remarks": assembly.remarks.save_state()}
-    return state | _strength(assembly) | assembly.sea.save_state() | assembly.accounts.save_state()
+    return (
+        state
+        | _strength(assembly)
+        | assembly.controls.save_state()
+        | assembly.sea.save_state()
+        | assembly.accounts.save_state()
+    )
 
 
 def _strength(assembly: Assembly) -> dict[str, Any]:
@@ -49,6 +55,7 @@ def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Ass
         require_alike(name, state[name], account)
     if "strength" in own:
         assembly.strength.restore_state(state["strength"])
+    assembly.controls.restore_state(state)
     assembly.sea.restore_state(state)
     assembly.accounts.restore_state(state)
     assembly.remarks.restore_state(state["remarks"])

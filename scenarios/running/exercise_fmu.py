@@ -1,8 +1,8 @@
 """A whole exercise as a participant, and as an FMU that any master can run.
 
-Inputs are the signals that a run takes and that none of its own FMUs drives: orders, winches, wind, current. An input that is never set
-leaves the run to the scenario; once it is set, it overrides the scenario. Outputs are the signals that a run gives, and the scores of
-its booms. The exercise begins when its master begins, and its steps are whole communication steps.
+Inputs are the controls of a run that may be driven and that none of its own FMUs drives. An input that is never set leaves the run to
+the scenario; once it is set, it overrides the scenario. Outputs are the signals that a run gives. The exercise begins when its master
+begins, and its steps are whole communication steps.
 """
 
 from __future__ import annotations
@@ -21,16 +21,15 @@ from coupling.fmu.export import FmuContent
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
 from coupling.master.participant import Participant, Status, StepResult, checked_value
+from scenarios.controls.fmu_checks import all_are_kept
+from scenarios.controls.signal_board import SignalBoard, signal_variables
+from scenarios.controls.signals import Signal, signals_of
 from scenarios.load import files_replaced, scenario_from
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.scenario import Scenario
 from scenarios.schema.fmu_settings import ORDER_BOARD, connections_of
 from scenarios.schema.parsing.structuring import as_data
-from scenarios.signals.fmu_checks import all_are_kept
-from scenarios.signals.score_signals import scores_of
-from scenarios.signals.signal_participant import SignalBoard, signal_variables
-from scenarios.signals.signal_table import Signal, signals_of
 
 Array = NDArray[np.float64]
 
@@ -66,7 +65,6 @@ class ExerciseParticipant(Participant):
         """Compute the first communication point of the run."""
         self._running().initialize()
         self._is_begun = True
-        self._inputs().renew()  # helmsmen took up the scenario's orders just now
 
     def get(self, name: str) -> Array:
         """Return a signal (1,) in its unit; before the run, an input has its set value or the scenario's. ValueError for an output then."""
@@ -99,7 +97,6 @@ class ExerciseParticipant(Participant):
             return StepResult(Status.ERROR, reached, message)
         try:
             for _ in range(count):
-                self._inputs().renew()
                 simulation.step()
                 if not simulation.is_running:
                     reached = self._start_time + simulation.communication_point.time
@@ -124,6 +121,7 @@ class ExerciseParticipant(Participant):
             "simulation": simulation.save_state(),
             "inputs": self._inputs().save_state(),
             "strength": self._assembly.strength.save_state(),
+            **self._assembly.controls.save_state(),
             **self._assembly.sea.save_state(),
             **self._assembly.accounts.save_state(),
         }
@@ -142,8 +140,9 @@ class ExerciseParticipant(Participant):
         self._start_time = state["start_time"]
         self._assembly.strength.restore_state(state["strength"])
         self._assembly.accounts.restore_state(state)
-        self._assembly.sea.restore_state(state)
         self._inputs().restore_state(state["inputs"])
+        self._assembly.controls.restore_state(state)
+        self._assembly.sea.restore_state(state)
         self._running().restore_state(state["simulation"])
 
     def _has_parted_since(self, state: Mapping[str, Any]) -> bool:
@@ -185,7 +184,10 @@ def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
         raise ScenarioError([Problem("injects", text)], scenario.name)
     driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDER_BOARD}
     free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
-    return free | scores_of(scenario)
+    if not free:
+        text = "has no signals, allowed: with vessels, booms, bodies that move, or a steady wind or current"
+        raise ScenarioError([Problem("", text)], scenario.name)
+    return free
 
 
 def exercise_content(scenario: Scenario) -> FmuContent:

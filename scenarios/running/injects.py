@@ -10,9 +10,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from scenarios.controls.inject_checks import condition_signals
+from scenarios.controls.signals import RunParts
 from scenarios.scenario import Scenario
-from scenarios.signals.inject_checks import condition_signals
-from scenarios.signals.signal_table import RunParts
 
 WHOLE = 1e-6  # of a communication step that a time may lie before a communication point; numerical
 

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from scenarios.controls.table import KEYS, NEW_TABLES, contradictions, matches, plain_path, why_unfelt
 from scenarios.load import scenario_from
 from scenarios.problems import Problem, ScenarioError, moved
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import MeshBody
 from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.structuring import as_data, spellings
-from scenarios.signals.order_keys import NEW_TABLES, ORDER_KEYS, matches, why_unfelt
 
 # Terms of a run that its course does not depend on.
 TERM_KEYS = (
@@ -116,8 +116,10 @@ class Plan:
 
         Raises ScenarioError, which names every setting that cannot be ordered, and what a scenario may not be.
         """
-        orders = tuple(_last_of_each(_with_injects(settings, self.scenario_at(index))))
-        _require_orders(self.scenario_at(index), orders)
+        before = self.scenario_at(index)
+        _require_apart(settings)
+        orders = tuple(_last_of_each(_with_injects(settings, before)))
+        _require_orders(before, orders)
         place = sum(action.index <= index for action in self.actions)
         action = Action(index=index, settings=orders)
         plan = replace(self, actions=(*self.actions[:place], action, *self.actions[place:]))
@@ -170,10 +172,18 @@ def _with_injects(settings: Sequence[str], scenario: Scenario) -> list[str]:
     return found
 
 
+def _require_apart(settings: Sequence[str]) -> None:
+    """Raise ScenarioError for settings that give one entry in several ways."""
+    problems = list(contradictions([setting.partition("=")[0].split(".") for setting in settings]))
+    if problems:
+        raise ScenarioError([Problem(f"--set {problem.path}", problem.text) for problem in problems], "oilsim")
+
+
 def _last_of_each(settings: Sequence[str]) -> list[str]:
-    """Keep only the last of several settings of one key: it rules; but joints that part add up."""
-    last = {setting.partition("=")[0]: place for place, setting in enumerate(settings)}
-    kept = {place for place, setting in enumerate(settings) if _parts_joints(setting.partition("=")[0].split("."))}
+    """Keep only the last of several settings of one entry: it rules; but joints that part add up."""
+    paths = [setting.partition("=")[0].split(".") for setting in settings]
+    last = {plain_path(keys): place for place, keys in enumerate(paths)}
+    kept = {place for place, keys in enumerate(paths) if _parts_joints(keys)}
     return [settings[place] for place in sorted(kept.union(last.values()))]
 
 
@@ -204,6 +214,8 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
                 problems.append(Problem(f"--set {'.'.join(keys)}", text))
                 continue
             readable[setting] = keys
+            if matches(".".join(keys), ["injects.*.given"]) and _was_given(scenario, keys[1]):
+                problems.append(Problem(f"--set {'.'.join(keys)}", "has been given already, allowed: once"))
             if _parts_joints(readable[setting]) and value == []:
                 text = "is [], allowed: numbers of joints that part; one that has parted stays so"
                 problems.append(Problem(f"--set {'.'.join(readable[setting])}", text))
@@ -225,6 +237,10 @@ def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
         raise ScenarioError(problems, "oilsim")
 
 
+def _was_given(scenario: Scenario, inject: str) -> bool:
+    return inject in scenario.injects and scenario.injects[inject].given
+
+
 def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
     """Yield the mooring legs and ties that would hold again but have parted, and ties that would be loose again."""
     for name, tie in before.get("ties", {}).items():
@@ -244,9 +260,9 @@ def _not_orders(keys: tuple[str, ...], before: Mapping[str, Any], after: Mapping
     old, new = dict(_leaves(before)), dict(_leaves(after))
     changed = sorted(path for path in old.keys() | new.keys() if old.get(path) != new.get(path))
     for path in [path for path in changed if _overlap(path, keys)] or _entries_of(keys, before):
-        if not matches(path, ORDER_KEYS) and not _is_new(path, before):
+        if not matches(path, KEYS) and not _is_new(path, before):
             added = f"what a run began without: {', '.join(NEW_TABLES)}; with --resume: {', '.join(TERM_KEYS[:2])}"
-            yield Problem(f"--set {path}", f"cannot be changed during a run, allowed: {', '.join(ORDER_KEYS)}; {added}")
+            yield Problem(f"--set {path}", f"cannot be changed during a run, allowed: {', '.join(KEYS)}; {added}")
 
 
 def _is_new(path: str, before: Mapping[str, Any]) -> bool:

@@ -16,7 +16,6 @@ from coupling.master.errors import CoSimulationError
 from recordings.files.errors import RecordingError
 from recordings.model.frame import INJECTS, INSTRUCTOR, EventLevel
 from scenarios.problems import Problem, ScenarioError
-from scenarios.running.apply_orders import give_orders, require_reach
 from scenarios.running.assembly import Assembly
 from scenarios.running.checkpoints import (
     CheckpointWriter,
@@ -170,7 +169,7 @@ class RunLoop:
         else:
             with fitting(restart.source):
                 self._given = self._given_before(restart)
-                give_orders(self._assembly, self.plan.scenario_after(self._given))
+                self._assembly.controls.order(self.plan.scenario_after(self._given), within_reach=False)
                 begin_from(restart.state, self.simulation, self._assembly)
                 for name, keeper in self._keepers.items():
                     if name in restart.state:
@@ -221,9 +220,7 @@ class RunLoop:
 
     def _obey(self, plan: Plan) -> None:
         """Bring every part to what the next action of a plan asks for; ScenarioError, and nothing changed, if that cannot be."""
-        scenario = plan.scenario_after(self._given + 1)
-        require_reach(self._assembly, scenario)
-        give_orders(self._assembly, scenario)
+        self._assembly.controls.order(plan.scenario_after(self._given + 1))
 
     def _count_given(self, source: str = INSTRUCTOR) -> None:
         """Count the next action of the plan as given, and tell observers who gave it."""

@@ -1,6 +1,6 @@
 """Requests to a run by POSIX signals: an orderly stop (Ctrl-C, SIGTERM, a closed terminal), or a checkpoint (SIGUSR1).
 
-Elsewhere in `scenarios` a signal is a number of a run that FMUs are connected to, see `scenarios.signals`.
+Elsewhere in `scenarios` a signal is a number of a run that FMUs are connected to, see `scenarios.controls`.
 """
 
 from __future__ import annotations

@@ -25,6 +25,9 @@ from vessels.drive import Drive
 from vessels.hull_size import HullSize
 from vessels.vessel import ControlGains, Propulsion
 
+LONGEST_LINE = 2000.0  # [m] of a line or what a winch brings in or out; user; as of a part of a mooring leg
+MACHINERY = ("thrust_order", "side_thrust_order", "yaw_moment_order")
+
 
 def body_of(vessel: str) -> str:
     """Return the name of a vessel's body."""
@@ -124,6 +127,8 @@ class VesselSettings(Section):
     engine        "running", or "stopped": no thrust and no steering, whatever is ordered; with a drive of two screws also "port stopped"
                   and "starboard stopped"
     hauled        [m] of its tow line that its own winch has hauled in, negative: paid out; the line is `tow_line` of its boom less this
+    thrust_order, side_thrust_order  [N] ahead and to port, which the machinery of a vessel without a helmsman gives as far as it can
+    yaw_moment_order  [N m] counter-clockwise, likewise
     """
 
     COMPASS: ClassVar[str | None] = "heading_compass"
@@ -147,7 +152,15 @@ class VesselSettings(Section):
     skeg_area: float = quantity("m2", default=0.0, at_least=0.0)
     superstructure_area: float = quantity("m2", default=0.0, at_least=0.0)
     engine: Literal["running", "stopped", "port stopped", "starboard stopped"] = "running"
-    hauled: float = quantity("m", default=0.0)
+    hauled: float = quantity("m", default=0.0, at_least=-LONGEST_LINE, at_most=LONGEST_LINE)
+    thrust_order: float = quantity("N", default=0.0)
+    side_thrust_order: float = quantity("N", default=0.0)
+    yaw_moment_order: float = quantity("N m", default=0.0)
+
+    @property
+    def follows_tow(self) -> bool:
+        """True for a helmsman with no orders of his own, who takes those of [tow]."""
+        return self.control == "helmsman" and not (self.legs or self.waypoints)
 
     @property
     def screws(self) -> tuple[bool, bool]:
@@ -173,6 +186,9 @@ class VesselSettings(Section):
             )
         if self.control == "manual" and (self.legs or self.waypoints):
             yield Problem("legs" if self.legs else "waypoints", 'are given, allowed: only with control = "helmsman"')
+        for name in MACHINERY if self.control != "manual" else ():
+            if (order := getattr(self, name)) != 0.0:
+                yield Problem(name, f'is {order:g}, allowed: only with control = "manual"')
         if self.legs and self.waypoints:
             yield Problem("waypoints", "are given beside legs, allowed: one of the two")
         if bool(self.waypoints) != (self.transit is not None):
@@ -265,7 +281,7 @@ class BoomSettings(Section):
     strength: float | None = quantity("N", default=None, above=0.0)
     section_length: float | None = quantity("m", default=None, above=0.0)
     connector_strength: float | None = quantity("N", default=None, above=0.0)
-    tow_line: float = quantity("m", default=0.0, at_least=0.0)
+    tow_line: float = quantity("m", default=0.0, at_least=0.0, at_most=LONGEST_LINE)
     line_stiffness: float | None = quantity("N", default=None, above=0.0)
     line_breaking_load: float | None = quantity("N", default=None, above=0.0)
     reel: ReelSettings | None = None

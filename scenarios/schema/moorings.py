@@ -8,7 +8,7 @@ from typing import Literal
 
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.problems import Problem, unknown
-from scenarios.schema.exercise import BoomSettings
+from scenarios.schema.exercise import LONGEST_LINE, BoomSettings
 from scenarios.schema.parsing.quantity_fields import Point2, Section, exactly_one
 from vessels.ground_tackle import AnchorSize, Rope
 
@@ -62,7 +62,7 @@ class MooringSettings(Section):
     holding: float | None = quantity("N", default=None, above=0.0)
     parts: tuple[PartSettings, ...]
     parted: bool = False
-    hauled: float = quantity("m", default=0.0)
+    hauled: float = quantity("m", default=0.0, at_least=-LONGEST_LINE, at_most=LONGEST_LINE)
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
 
     def problems(self) -> Iterator[Problem]:
@@ -113,7 +113,7 @@ class TieSettings(Section):
     length: float | None = quantity("m", default=None, above=0.0)
     stiffness: float = quantity("N", above=0.0)
     breaking_load: float | None = quantity("N", default=None, above=0.0)
-    hauled: float = quantity("m", default=0.0)
+    hauled: float = quantity("m", default=0.0, at_least=-LONGEST_LINE, at_most=LONGEST_LINE)
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
     parted: bool = False
     reach: float | None = quantity("m", default=None, above=0.0)

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.controls.signal_board import SignalBoard
+from scenarios.controls.signals import signals_of
+from scenarios.controls.table import KEYS
 from scenarios.debrief.grade import CRITERIA, read_criteria
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.plan import TERM_KEYS, Plan
 from scenarios.scenario import Scenario
-from scenarios.signals.order_keys import ORDER_KEYS
-from scenarios.signals.signal_participant import SignalBoard
-from scenarios.signals.signal_table import signals_of
 from tests.fuzz.scenario_files import EXTREMES, OTHERS, damaged
 
 EXERCISE = Path(__file__).parents[1] / "scenarios" / "files" / "all_inputs.toml"
@@ -38,7 +38,7 @@ def _told(error: ValueError) -> int:
 def order_trial(seed: int, scenario: Scenario) -> int:
     """Order something of a run that goes on."""
     chance = random.Random(seed)
-    key = chance.choice((*ORDER_KEYS, *TERM_KEYS, "fluid.particle_spacing", "tank.upper.2"))
+    key = chance.choice((*KEYS, *TERM_KEYS, "fluid.particle_spacing", "tank.upper.2"))
     key = key.replace("*", chance.choice(("legged", "pipe", "0", "x", "speed", "frame_rate")))
     value = chance.choice(EXTREMES + OTHERS)
     text = damaged(f"{key}={value}", chance) if chance.random() < 0.2 else f"{key}={value}"
@@ -64,8 +64,7 @@ def signal_trial(seed: int, exercise: tuple[Scenario, Assembly]) -> int:
         if chance.random() < 0.5:
             board.set(name, value)
         else:
-            saved: Any = board.save_state()
-            board.restore_state({"values": saved["values"] | {name: number}, "given": [name]})
+            board.restore_state({name: number})
     except ValueError as error:
         return _told(error)
     except (TypeError, KeyError) as error:  # no number, or an output: as restored states of other runs are told

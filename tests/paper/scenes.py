@@ -107,7 +107,7 @@ def follow(scene: Scene) -> Track:
     assembly = scene.build(threads=1)
     fluid = assembly.fluid
     track = Track(scene, spacing=fluid.config.particle_spacing)
-    mesh = assembly.present_meshes().get("rock")
+    mesh = assembly.controls.present_meshes().get("rock")
     surface = None
     if mesh is not None:
         track.rock = np.array(mesh.vertices), np.array(mesh.faces)

@@ -10,7 +10,6 @@ import pytest
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.conduct.snapshot import scene_of, state_of
 from scenarios.load import load_scenario, scenario_from
-from scenarios.running.apply_orders import give_orders
 from scenarios.running.plan import Plan
 from scenarios.schema.exercise import joint_name
 from tests.scenarios.small_tow import small_tow
@@ -43,7 +42,7 @@ def test_fixed_bodies_have_their_outline_in_plan(run: ScenarioRun) -> None:
 def test_a_tow_line_is_told_as_laid_as_ordered_and_as_it_is(run: ScenarioRun) -> None:
     plan = Plan(scenario=run.scenario)
     ordered = plan.ordered(["booms.main.tow_line=3.0", "vessels.port.hauled=0.25"], 0).scenario_at(0)
-    give_orders(run.assembly, ordered)
+    run.assembly.controls.order(ordered)
     run.simulation.run(0.1)
     vessels = state_of(run.assembly, ordered, run.history.frames[-1])["vessels"]
     # the winch pays out 0.5 m/s towards 3 m; the port one hauls a quarter of a metre of that in again
@@ -58,7 +57,7 @@ def test_joints_that_broke_by_their_load_are_told_beside_those_that_were_ordered
     weak = ["booms.main.strength=1e6", "booms.main.section_length=3.0", "booms.main.connector_strength=20.0"]
     run = scenario_run(load_scenario("u-sweep", overrides=[*changes, *weak]).scenario)
     ordered = Plan(scenario=run.scenario).ordered(["booms.main.parted=[2]"], 0).scenario_at(0)
-    give_orders(run.assembly, ordered)
+    run.assembly.controls.order(ordered)
     run.run(0.5)
     holding = run.assembly.world.joint_names
     parted = state_of(run.assembly, ordered, run.history.frames[-1])["booms"]["main"]["parted"]

@@ -15,6 +15,8 @@ import pytest
 
 from recordings import Replay
 from scenarios.cli import main
+from scenarios.controls.signal_board import SignalBoard
+from scenarios.controls.signals import Signal, signals_of
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
@@ -25,8 +27,6 @@ from scenarios.schema.parsing.overrides import with_override
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.setup.cost import require_memory
 from scenarios.setup.resolve import resolve
-from scenarios.signals.signal_participant import SignalBoard
-from scenarios.signals.signal_table import signals_of
 from tests.fuzz.scenario_files import paths_of
 
 TEXT = (Path(__file__).parent / "all_inputs.toml").read_text(encoding="utf-8")
@@ -34,21 +34,16 @@ TEXT = (Path(__file__).parent / "all_inputs.toml").read_text(encoding="utf-8")
 
 @dataclass(frozen=True)
 class Input:
-    """One input of a run. key: in the file and in orders; signal: its name as one; assign: sets it on the part behind."""
+    """One input of a run. key: in the file, in orders and as a signal; assign: sets it on the part behind."""
 
     allowed: str
     wrong: tuple[float, ...]
-    key: str = ""
-    signal: str = ""
+    key: str
     assign: Callable[[Assembly, float], None] | None = None
 
 
-def signaled(kind: str, direction: bool = False) -> Callable[[Assembly, float], None]:
-    return lambda assembly, value: assembly.sea.signal(kind, *((1.0, value) if direction else (value, 0.0)))
-
-
 def ordered(vessel: str, order: str) -> Callable[[Assembly, float], None]:
-    return lambda assembly, value: assembly.parts.controls[vessel].set(f"{vessel}.{order}", np.array(value))
+    return lambda assembly, value: assembly.parts.helms[vessel].set(f"{vessel}.{order}", np.array(value))
 
 
 def pipe_speed(assembly: Assembly, value: float) -> None:
@@ -56,33 +51,24 @@ def pipe_speed(assembly: Assembly, value: float) -> None:
 
 
 NEVER = (math.nan, math.inf, 2e12)
-ANY_PUSH = "allowed: finite, in N"
+SPEED, ANGLE, PUSH = "allowed: 0 or more and at most 100 m/s", "allowed: finite, in rad", "allowed: finite, in N"
 INPUTS = {
-    "wind": Input(
-        "allowed: 0 or more and at most 100 m/s", (-1.0, 5e4), "sea.wind.speed", "sea.wind.speed", signaled("wind")
-    ),
-    "wind direction": Input(
-        "allowed: finite, in rad", (), "sea.wind.direction", "sea.wind.direction", signaled("wind", direction=True)
-    ),
+    "wind": Input(SPEED, (-1.0, 5e4), "sea.wind.speed"),
+    "wind direction": Input(ANGLE, (), "sea.wind.direction"),
     "gusts": Input("allowed: 0 or more and at most 0.5", (-0.1, 0.6), "sea.wind.gust_intensity"),
     "waves": Input("allowed: 0 or more m", (-0.1,), "sea.waves.height"),
-    "current": Input("allowed: 0 or more and at most 100 m/s", (101.0,), "sea.current.speed", "sea.current.speed", signaled("current")),
-    "current direction": Input(
-        "allowed: finite, in rad", (), "sea.current.direction", "sea.current.direction", signaled("current", direction=True)
-    ),
-    "pipe": Input("allowed: 0 or more m/s", (-0.1,), "emitters.pipe.speed", "", pipe_speed),
-    "tow": Input("allowed: 0 or more and at most 20 m/s", (-0.5, 21.0), "tow.speed", "tow.speed"),
-    "tow heading": Input("allowed: finite, in rad", (), "tow.heading", "tow.heading", ordered("follower", "heading_order")),
+    "current": Input(SPEED, (101.0,), "sea.current.speed"),
+    "current direction": Input(ANGLE, (), "sea.current.direction"),
+    "pipe": Input(SPEED, (-0.1, 1e6), "emitters.pipe.speed", pipe_speed),
+    "tow": Input("allowed: 0 or more and at most 20 m/s", (-0.5, 21.0), "tow.speed"),
+    "tow heading": Input(ANGLE, (), "tow.heading", ordered("follower", "heading_order")),
     "leg": Input(
-        "allowed: -20 or more and at most 20 m/s", (-21.0, 21.0), "vessels.legged.legs.0.speed", "vessels.legged.speed_order",
-        ordered("legged", "speed_order"),
+        "allowed: -20 or more and at most 20 m/s", (-21.0, 21.0), "vessels.legged.legs.0.speed", ordered("legged", "speed_order")
     ),
-    "leg heading": Input(
-        "allowed: finite, in rad", (), "vessels.legged.legs.0.heading", "vessels.legged.heading_order", ordered("legged", "heading_order")
-    ),
-    "thrust": Input(ANY_PUSH, (), "", "vessels.pushed.thrust_order", ordered("pushed", "thrust_order")),
-    "side thrust": Input(ANY_PUSH, (), "", "vessels.pushed.side_thrust_order", ordered("pushed", "side_thrust_order")),
-    "moment": Input("allowed: finite, in N m", (), "", "vessels.pushed.yaw_moment_order", ordered("pushed", "yaw_moment_order")),
+    "leg heading": Input(ANGLE, (), "vessels.legged.legs.0.heading", ordered("legged", "heading_order")),
+    "thrust": Input(PUSH, (), "vessels.pushed.thrust_order", ordered("pushed", "thrust_order")),
+    "side thrust": Input(PUSH, (), "vessels.pushed.side_thrust_order", ordered("pushed", "side_thrust_order")),
+    "moment": Input(PUSH, (), "vessels.pushed.yaw_moment_order", ordered("pushed", "yaw_moment_order")),
 }  # fmt: skip
 
 
@@ -94,6 +80,10 @@ def scenario() -> Scenario:
 @pytest.fixture(scope="module")
 def assembly(scenario: Scenario) -> Assembly:
     return build(scenario)
+
+
+def inputs_of(scenario: Scenario) -> dict[str, Signal]:
+    return {name: signal for name, signal in signals_of(scenario).items() if signal.is_input}
 
 
 def refused(call: Callable[[], object], one: Input, value: float) -> None:
@@ -113,43 +103,28 @@ def test_every_entrance_has_the_limits_of_the_file(
     name: str, value: float, scenario: Scenario, assembly: Assembly
 ) -> None:
     one = INPUTS[name]
-    if one.key:
-        data = tomllib.loads(TEXT)
-        refused(lambda: scenario_from(with_override(data, tuple(one.key.split(".")), value)), one, value)
-        setting = f"{one.key}={value!r}"
-        if ".legs." not in one.key:  # a leg is ordered with its list
-            refused(lambda: Plan(scenario=scenario).changed((setting,), 1), one, value)
-    if one.signal:
+    data = tomllib.loads(TEXT)
+    refused(lambda: scenario_from(with_override(data, tuple(one.key.split(".")), value)), one, value)
+    refused(lambda: Plan(scenario=scenario).changed((f"{one.key}={value!r}",), 1), one, value)
+    if one.key in inputs_of(scenario):
         exercise = ExerciseParticipant("exercise", scenario)
-        refused(lambda: exercise.set(one.signal, np.array([value])), one, value)
-        inputs = {key: signal for key, signal in signals_of(scenario).items() if signal.is_input}
-        board = SignalBoard("orders", inputs, assembly.parts)
-        saved: Any = board.save_state()
-        refused(lambda: board.set(one.signal, np.array([value])), one, value)
-        assert board.save_state() == saved  # nothing is taken of a value that is refused
-        forged = {"values": {**saved["values"], one.signal: value}, "given": [one.signal]}
-        refused(lambda: board.restore_state(forged), one, value)
+        refused(lambda: exercise.set(one.key, np.array([value])), one, value)
+        board = SignalBoard("orders", inputs_of(scenario), assembly.parts)
+        refused(lambda: board.set(one.key, np.array([value])), one, value)
+        assert board.save_state() == {}  # nothing is taken of a value that is refused
+        refused(lambda: board.restore_state({one.key: value}), one, value)
+        refused(lambda: assembly.controls.restore_state({"signaled": {one.key: value}}), one, value)
     if one.assign is not None:
         refused(lambda: one.assign(assembly, value), one, value)
 
 
 def test_every_input_of_a_run_is_in_the_table(scenario: Scenario) -> None:
-    inputs = {name for name, signal in signals_of(scenario).items() if signal.is_input}
-    assert inputs == {one.signal for one in INPUTS.values() if one.signal}
-
-
-@pytest.mark.parametrize("flow", [(5e4, 0.0), (1.0, math.nan), (-0.1, 0.0)])
-@pytest.mark.parametrize("kind", ["wind", "current"])
-def test_a_saved_sea_has_the_same_limits(kind: str, flow: tuple[float, float], assembly: Assembly) -> None:
-    saved = assembly.sea.save_state()
-    with pytest.raises(ValueError, match="allowed: "):
-        assembly.sea.restore_state({"signaled": {kind: flow}})
-    assembly.sea.restore_state(saved)
+    assert inputs_of(scenario).keys() <= {one.key for one in INPUTS.values()}
 
 
 @pytest.mark.parametrize("vessel", ["legged", "pushed"])
 def test_a_saved_helmsman_has_the_same_limits(vessel: str, assembly: Assembly) -> None:
-    control = assembly.parts.controls[vessel]
+    control = assembly.parts.helms[vessel]
     saved: Any = control.save_state()
     control.restore_state(saved)
     for name, wrong in ((f"{vessel}.pose", np.zeros(2)), (next(iter(saved["values"])), np.array("x"))):

@@ -11,7 +11,6 @@ from coupling.testkit import assert_restarts_exactly
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import load_scenario, scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import build
 from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, joint_name
@@ -91,7 +90,7 @@ def test_oil_passes_where_a_scenario_or_an_order_lets_a_boom_part() -> None:
     simulation = assembly.co_simulation()
     simulation.initialize()
     simulation.run(0.2)
-    give_orders(assembly, pulled("booms.main.parted=[4, 6]"))
+    assembly.controls.order(pulled("booms.main.parted=[4, 6]"))
     simulation.run(0.4)
     barriers = assembly.slick.slick.barriers
     assert np.flatnonzero(barriers.parted).tolist() == [3, 5]

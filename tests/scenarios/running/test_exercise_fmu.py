@@ -33,7 +33,7 @@ from scenarios.running.exercise_fmu import ExerciseParticipant
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "fmus" / "winch-tow.toml"
 STEP, STEPS, ORDERED = 0.02, 12, 4  # s, number, step from which the orders below are given
-ORDERS = {"vessels.tug.speed_order": 0.5, "sea.wind.speed": 9.0, "sea.current.direction": 0.4}
+ORDERS = {"vessels.tug.legs.0.speed": 0.5, "sea.wind.speed": 9.0, "sea.current.direction": 0.4}
 EXTRA = """
 [phases.oil]
 oil = "alaska-north-slope"
@@ -83,12 +83,9 @@ def own_run(folder: Path) -> dict[str, float]:
     assembly = build(load_scenario(folder / "tow.toml").scenario)
     run = assembly.co_simulation()
     run.initialize()
-    control = assembly.parts.controls["tug"]
     for k in range(STEPS):
         if k == ORDERED:
-            control.set("tug.speed_order", np.array(0.5))
-            assembly.sea.signal("wind", 9.0, 0.0)
-            assembly.sea.signal("current", 0.1, 0.4)
+            assembly.controls.drive(ORDERS)
         run.step()
     result = {name: exercise._signals[name].read(assembly.parts) for name in outputs}
     run.terminate()
@@ -220,7 +217,7 @@ def test_it_is_sound_and_fmpy_runs_it(exported: Build, own_run: dict[str, float]
     assert units["booms.main.oil_lost.drainage"] == "m3"
     starts = {variable.name: variable.start for variable in description.modelVariables if variable.causality == "input"}
     assert float(starts["sea.wind.speed"]) == 4.0
-    assert "booms.main.tug.payout" not in starts  # the winch inside drives it
+    assert "vessels.tug.hauled" not in starts  # the winch inside drives it
     # FMPy sets inputs before every step, ours once: the same orders from the same step on
     given = np.zeros(4, dtype=[("time", float), *((name, float) for name in ORDERS)])
     given["time"] = STEP * np.array([0.0, ORDERED - 0.5, ORDERED - 0.5, STEPS])
@@ -263,7 +260,7 @@ def test_its_state_can_be_saved_before_the_run_begins(exported: Build, tmp_path:
     for k, saved_in in enumerate(("no mode", "instantiated", "initialization mode", "step mode")):
         fmu = slave(path, tmp_path / str(k))
         read, write = (fmu.getReal, fmu.setReal) if version == 2 else (fmu.getFloat64, fmu.setFloat64)
-        order, wind = references["vessels.tug.speed_order"], references["sea.wind.speed"]
+        order, wind = references["vessels.tug.legs.0.speed"], references["sea.wind.speed"]
         write([order], [0.5])
         state = None if saved_in == "no mode" else fmu.getFMUState()
         if saved_in in ("instantiated", "step mode"):
@@ -294,7 +291,7 @@ def test_its_state_can_be_saved_before_the_run_begins(exported: Build, tmp_path:
 def test_a_state_goes_into_an_instance_that_has_not_begun(folder: Path) -> None:
     scenario = load_scenario(folder / "tow.toml").scenario
     first, second = ExerciseParticipant("tow", scenario), ExerciseParticipant("tow", scenario)
-    first.set("vessels.tug.speed_order", np.array([0.5]))
+    first.set("vessels.tug.legs.0.speed", np.array([0.5]))
     first.enter_initialization_mode(0.0)
     first.exit_initialization_mode()
     first.do_step(0.0, 3 * STEP)

@@ -17,7 +17,6 @@ from recordings.replay.recording import Replay
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import load_scenario
 from scenarios.problems import ScenarioError
-from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import build
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.setup.cost import estimate
@@ -72,7 +71,7 @@ def test_ordered_wind_carries_the_slick_as_it_loads_the_bodies():
     windy = replace(
         loaded, sea=replace(loaded.sea, waves=None, wind=replace(loaded.sea.wind, speed=20.0, direction=0.5 * np.pi))
     )
-    give_orders(assembly, windy)
+    assembly.controls.order(windy)
     velocity = assembly.slick.flow.surface_velocity(np.zeros((1, 2)), 0.0)[0]
     current = loaded.sea.current.speed
     assert velocity[0] == pytest.approx(-current, abs=0.01)
@@ -102,7 +101,7 @@ def test_ordered_current_carries_waves_on_from_where_they_are():
     places = world.poses(world.loaded_names)[:, :2]
     before = world.environment.sea
     sea = replace(loaded.sea, current=replace(loaded.sea.current, speed=loaded.sea.current.speed + 0.1))
-    give_orders(assembly, replace(loaded, sea=sea))
+    assembly.controls.order(replace(loaded, sea=sea))
     after = world.environment.sea
     assert after.elevation(places, 600.0) == pytest.approx(before.elevation(places, 600.0), abs=1e-9)
 
@@ -172,11 +171,11 @@ def test_pipes_of_oil_become_parcels_also_by_order():
             leak.format("next", "oil", 0.5 * speed),
         ],
     ).scenario
-    give_orders(assembly, ordered)
+    assembly.controls.order(ordered)
     simulation.run(4.0)
     assert slick.oil.spilled - begun == pytest.approx(0.08 + 0.02, abs=0.031)
     wet = load_scenario(
         "u-sweep", overrides=[BARE, leak.format("first", "oil", speed), leak.format("wet", "water", 0.1)]
     ).scenario
     with pytest.raises(ScenarioError, match=r"emitters\.wet"):
-        give_orders(assembly, wet)
+        assembly.controls.order(wet)

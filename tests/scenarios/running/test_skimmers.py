@@ -10,7 +10,6 @@ from recordings.files.checkpoint import state_hash
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.running.apply_orders import give_orders
 from scenarios.running.plan import Plan
 from scenarios.running.summary import SummaryObserver
 
@@ -68,7 +67,7 @@ def test_an_order_stops_a_skimmer(scenario_run: type[ScenarioRun]) -> None:
     taken = account.oil
     assert taken > 0.0
     plan = Plan(scenario=run.scenario).ordered(["skimmers.one.running=false"], 200)
-    give_orders(run.assembly, plan.scenario_after(1))
+    run.assembly.controls.order(plan.scenario_after(1))
     run.run(5.0)
     assert account.oil == taken
 

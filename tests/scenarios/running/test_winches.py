@@ -9,7 +9,6 @@ import pytest
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.running.apply_orders import give_orders
 from scenarios.running.plan import Plan
 from scenarios.scenario import Scenario
 from tests.scenarios.small_tow import small_tow
@@ -36,14 +35,14 @@ def test_tow_lines_and_mooring_legs_are_winched_at_their_speed(scenario_run: typ
     tow, leg = assembly.fleet.tensions_of("main")["port"], "moorings/stern"
     laid = lines.length(tow), lines.length(leg)
     plan = plan.ordered(["booms.main.tow_line=3.0", "moorings.stern.hauled=-0.1"], 0)
-    give_orders(assembly, plan.scenario_at(0))
+    assembly.controls.order(plan.scenario_at(0))
     simulation.step()
     assert lines.length(tow) - laid[0] == pytest.approx(0.05)
     assert lines.length(leg) - laid[1] == pytest.approx(0.02)
     simulation.run(3.0)
     assert lines.length(tow) - laid[0] == pytest.approx(1.0)
     assert lines.length(leg) - laid[1] == pytest.approx(0.1)
-    give_orders(assembly, plan.ordered(["booms.main.tow_line=2.0"], 30).scenario_at(30))
+    assembly.controls.order(plan.ordered(["booms.main.tow_line=2.0"], 30).scenario_at(30))
     simulation.run(6.0)
     assert lines.length(tow) == pytest.approx(laid[0])
 
@@ -74,11 +73,11 @@ def test_a_vessel_hauls_in_its_own_line_and_leaves_the_other(scenario_run: type[
     own, other = (run.assembly.fleet.tensions_of("main")[name] for name in ("port", "starboard"))
     laid = lines.length(own), lines.length(other)
     plan = plan.ordered(["vessels.port.hauled=0.5"], 0)
-    give_orders(run.assembly, plan.scenario_at(0))
+    run.assembly.controls.order(plan.scenario_at(0))
     run.simulation.run(1.5)
     assert lines.length(own) - laid[0] == pytest.approx(-0.5)
     assert lines.length(other) == laid[1]
-    give_orders(run.assembly, plan.ordered(["booms.main.tow_line=3.0"], 15).scenario_at(15))
+    run.assembly.controls.order(plan.ordered(["booms.main.tow_line=3.0"], 15).scenario_at(15))
     run.simulation.run(4.0)
     assert lines.length(own) - laid[0] == pytest.approx(0.5)
     assert lines.length(other) - laid[1] == pytest.approx(1.0)

@@ -19,7 +19,7 @@ def test_helmsmen_meet_the_current_and_frames_show_the_surface(fidelity: str) ->
     simulation = assembly.co_simulation()
     simulation.initialize()
     try:
-        current = assembly.controls[0].current
+        current = next(iter(assembly.parts.helms.values())).current
         assert current is not None
         np.testing.assert_allclose(current(0.0), [-0.2 * 1852.0 / 3600.0, 0.0], atol=1e-9)
         frame = assembly.frame_source(simulation.communication_point)

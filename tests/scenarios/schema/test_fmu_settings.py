@@ -25,13 +25,13 @@ from coupling.master.participant import Status
 from recordings.files.checkpoint import state_from_bytes, state_hash, state_to_bytes
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main
+from scenarios.controls.fmu_checks import fmu_problems
+from scenarios.controls.signals import signals_of
 from scenarios.load import load_scenario
 from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.exercise_fmu import ExerciseParticipant, exercise_content
 from scenarios.schema.fmu_settings import FmuSettings
-from scenarios.signals.fmu_checks import fmu_problems
-from scenarios.signals.signal_table import signals_of
 from tests.coupling.fmu.test_variables import described, inputs, outputs
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "fmus"
@@ -86,7 +86,7 @@ def test_autopilot_turns_a_tug_without_a_helmsman(folder: Path, scenario_run: ty
     engaged = ("run.duration=3.0", "fmus.autopilot.start.engaged=true")
     run = scenario_run(folder / "autopilot-turn.toml", *QUICK, *engaged)
     run.run()
-    control = run.assembly.parts.controls["tug"]
+    control = run.assembly.parts.helms["tug"]
     assert float(control.get("tug.heading")) > math.radians(15.0)
     assert float(control.get("tug.speed")) > 0.05
     pilot = participant(run.assembly, "fmus.autopilot")
@@ -110,7 +110,7 @@ def test_a_model_of_ones_own_drives_the_wind_in_knots(
     run.run(0.1)
     assembly = run.assembly
     peak = pytest.approx([20.0 * 1852.0 / 3600.0, 0.0], rel=1e-12)
-    assert assembly.parts.controls["tug"].wind(np.zeros(2), 0.1)[:2] == peak
+    assert assembly.parts.helms["tug"].wind(np.zeros(2), 0.1)[:2] == peak
     assert assembly.fluid.forcings[0].sea.mean_wind(0.1) == peak
     run.run(0.2)
     assert assembly.fluid.forcings[0].sea.mean_wind(0.3)[0] == pytest.approx(4.0 * 1852.0 / 3600.0, rel=1e-12)
@@ -260,9 +260,11 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
         'fmus.winch.inputs.tension="vessels.tug.x"': "unit 'm' feeds unit 'N'",
         'fmus.winch.inputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
         'fmus.winch.outputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
-        'fmus.winch.outputs.paid_out="booms.main.tug.payuot"': "which is no input of the run, did you mean 'booms.main.tug.payout'?",
+        'fmus.winch.outputs.paid_out="vessels.tug.hualed"': "which is no input of the run, did you mean 'vessels.tug.hauled'?",
+        'fmus.winch.outputs.paid_out="booms.main.tug.payout"': "which is now vessels.tug.hauled, of the other sign",
+        'fmus.winch.outputs.paid_out="vessels.tug.speed_order"': "which is now vessels.tug.legs.0.speed",
         'fmus.winch.inputs.tension="fmus.wind.speed"': "is from 'fmus.wind', which does not exist, allowed: fmus.winch, a signal",
-        'fmus.winch.outputs.speed="booms.main.tug.payout"': "which fmus.winch.outputs.paid_out already drives",
+        'fmus.winch.outputs.paid_out="vessels.tug.hauled"': "which fmus.winch.outputs.hauled already drives",
         'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",
         "fmus.winch.start.capacity=3": "has no parameter or input 'capacity', allowed: tension, speed_order",
         'fmus.winch.start.brake="on"': "fmus.winch.start.brake is 'on', allowed: a number or true or false",
@@ -361,7 +363,7 @@ def test_signals_reach_what_they_are_called_after(folder: Path) -> None:
     )
     assembly = assembled(folder / "winch-tow.toml", *extra, "tow.speed=0.1", "tow.heading=0.0", "vessels.tug.legs=[]")
     board = next(one for one in assembly.participants if one.name == "orders")
-    control, fluid = assembly.parts.controls["tug"], assembly.fluid
+    control, fluid = assembly.parts.helms["tug"], assembly.fluid
     for name, value in (
         ("sea.wind.speed", 5.0),
         ("sea.wind.direction", math.pi / 2),
@@ -376,7 +378,7 @@ def test_signals_reach_what_they_are_called_after(folder: Path) -> None:
     assert driving.sea.mean_wind(0.0) == pytest.approx([0.0, 5.0], abs=1e-12)
     assert control.wind(np.zeros(2), 0.0) == pytest.approx([0.0, 5.0, 0.0], abs=1e-12)
     assert driving.sea.current(0.0, 0.0) == pytest.approx((-0.3, 0.0), abs=1e-12)
-    assert float(control.get("tug.speed_order")) == 0.25
+    assert control.vessel.course.legs[-1].speed == 0.25
     with pytest.raises(ValueError, match=r"'tow\.speed' is nan, allowed: 0 or more and at most 20 m/s"):
         board.set("tow.speed", np.array([math.nan]))
     for one in assembly.participants:

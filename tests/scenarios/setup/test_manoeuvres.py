@@ -11,7 +11,6 @@ import pytest
 
 from scenarios.load import scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.running.apply_orders import give_orders
 from scenarios.running.assembly import Assembly, build
 from scenarios.setup.fleet import course_of
 from vessels.course import Course, CourseLeg
@@ -237,11 +236,11 @@ def test_waves_that_are_ordered_make_the_helmsman_patient_without_a_jerk() -> No
     calm, held = trial.assembly.scenario, float(trial.control.get("tug.thrust"))
     rough = scenario_from(tomllib.loads(BASE + HELMSMAN + WAVES.replace("0.4", "0.8")))
     quick = trial.control.vessel.gains
-    give_orders(trial.assembly, rough)
+    trial.assembly.controls.order(rough)
     assert trial.control.vessel.gains.speed_bandwidth < 0.1 * quick.speed_bandwidth
     assert abs(thrusts(trial, 0.2)[0] - held) < 0.02 * 40000.0
     assert np.abs(thrusts(trial, 40.0)).max() < 0.5 * 40000.0
-    give_orders(trial.assembly, calm)
+    trial.assembly.controls.order(calm)
     assert trial.control.vessel.gains == quick
 
 
@@ -256,9 +255,9 @@ def test_a_tow_that_turns_goes_on_from_where_its_vessels_are() -> None:
     trial.run(40.0)
     begin, heading = trial.motion[-1], math.radians(20.0)
     assert begin[0] > 60.0
-    give_orders(trial.assembly, scenario_from(tomllib.loads(tow.format(2.0, heading))))
+    trial.assembly.controls.order(scenario_from(tomllib.loads(tow.format(2.0, heading))))
     trial.run(20.0)
-    give_orders(trial.assembly, scenario_from(tomllib.loads(tow.format(1.0, heading))))
+    trial.assembly.controls.order(scenario_from(tomllib.loads(tow.format(1.0, heading))))
     trial.run(60.0)
     off = trial.motion[-400:] - begin
     to_port = math.cos(heading) * off[:, 1] - math.sin(heading) * off[:, 0]

@@ -16,7 +16,6 @@ from scenarios.debrief.boom_history import boom_histories
 from scenarios.debrief.measures import connected
 from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.problems import ScenarioError
-from scenarios.running.apply_orders import give_orders, require_reach
 from scenarios.running.assembly import build
 from scenarios.running.plan import Plan
 from scenarios.running.run import RunOptions, run_scenario
@@ -106,7 +105,7 @@ def test_a_boom_is_paid_out_from_a_winch_ashore_at_its_speed() -> None:
     simulation, lines = assembly.co_simulation(), assembly.world.lines
     simulation.initialize()
     plan, laid = Plan(scenario=scenario), lines.length("ties/brake")
-    give_orders(assembly, plan.ordered(["ties.brake.hauled=-0.3"], 0).scenario_at(0))
+    assembly.controls.order(plan.ordered(["ties.brake.hauled=-0.3"], 0).scenario_at(0))
     simulation.step()
     assert lines.length("ties/brake") - laid == pytest.approx(0.4 * 0.2)
     simulation.run(1.0)
@@ -139,9 +138,8 @@ def test_a_tie_that_waits_is_made_fast_within_reach_and_hauled_in() -> None:
     simulation.step()
     assert world.tension("ties/connect") == 0.0
     ordered = Plan(scenario=scenario).ordered(["ties.connect.made_fast=true"], 1).scenario_at(1)
-    require_reach(assembly, ordered)
     apart = world.line_distance("ties/connect")
-    give_orders(assembly, ordered)
+    assembly.controls.order(ordered)
     assert world.lines.length("ties/connect") == pytest.approx(apart)
     simulation.step()
     assert world.lines.length("ties/connect") == pytest.approx(apart - 0.3 * 0.2)

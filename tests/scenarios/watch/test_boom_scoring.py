@@ -14,10 +14,10 @@ import pytest
 
 from booms.containment import PRACTICE_SPEED
 from scenarios.bench.scenario_run import ScenarioRun
+from scenarios.controls.signals import signals_of
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.injects import Injects
-from scenarios.signals.score_signals import scores_of
 from scenarios.watch.boom_score import RESTED, BoomScore, Oil
 from tests.scenarios.test_boom_losses import pool
 
@@ -220,7 +220,7 @@ def told_by_hand() -> tuple[dict[int, dict[str, float]], dict[int, set[str]]]:
         point = round(second / scenario.run.communication_step)
         asked.look(point)
         due[second] = set(asked.due(scenario, point))
-        signals[second] = {name: one.read(parts) for name, one in scores_of(scenario).items()}
+        signals[second] = {name: one.read(parts) for name, one in signals_of(scenario).items() if not one.is_input}
     return signals, due
 
 

@@ -147,7 +147,7 @@ def stream_ramp(resolution: int, bench: Bench) -> Outcome:
     speed, first, rows = BEGIN, math.nan, []
     while speed < fastest and math.isnan(first):
         speed = BEGIN + RISE * max(0.0, simulation.communication_point.time - SETTLED)
-        assembly.sea.signal("current", speed, math.pi)
+        assembly.controls.drive({"sea.current.speed": speed, "sea.current.direction": math.pi})
         simulation.step()
         bench.count(step, 0.0, assembly.fluid.particle_count)
         report = assembly.scoring.booms[0].oil

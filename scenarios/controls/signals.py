@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.core.quantity import Quantity, quantities
+from oilsim.oil.ledger import BoomOil, OilRows
+from scenarios.controls.table import Felt, driven_entries
 from scenarios.schema.bodies import Body, Fixed
-from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, segment_names
+from scenarios.schema.exercise import BoomSettings, body_of, segment_names
 from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.recovery import SkimmerSettings
-from scenarios.schema.sea import SeaSettings, SteadySeaCurrent, SteadySeaWind
-from vessels.control import HELM_ORDERS, MACHINERY_ORDERS
 
 if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
@@ -35,22 +35,16 @@ Array = NDArray[np.float64]
 POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
 SKIMMED = (("encountered", "m3"), ("oil", "m3"), ("aboard", "m3"), ("rate", "m3/s"))
 PUSH = (("thrust", "N"), ("side_thrust", "N"), ("yaw_moment", "N m"))
+SHAPE = {"gap_ratio": "1", "normal_speed": "m/s", "effective_draft": "m", "skirt_angle": "rad"}
+SPEEDS = ("normal_speed_held", "first_loss_speed", "gross_loss_speed")
 
 
-class SignalTables(Protocol):
+class SignalTables(Felt, Protocol):
     """The tables of a scenario that signals are about."""
 
     @property
     def bodies(self) -> Mapping[str, Body]:
         """Bodies by name."""
-
-    @property
-    def vessels(self) -> Mapping[str, VesselSettings]:
-        """Vessels by name."""
-
-    @property
-    def booms(self) -> Mapping[str, BoomSettings]:
-        """Booms by name."""
 
     @property
     def moorings(self) -> Mapping[str, MooringSettings]:
@@ -64,14 +58,6 @@ class SignalTables(Protocol):
     def skimmers(self) -> Mapping[str, SkimmerSettings]:
         """Skimmers by name."""
 
-    @property
-    def tow(self) -> TowSettings | None:
-        """Orders to all vessels without orders of their own."""
-
-    @property
-    def sea(self) -> SeaSettings | None:
-        """Wind, waves and current."""
-
 
 class ScoredBoom(Protocol):
     """The scores of one boom."""
@@ -83,13 +69,6 @@ class ScoredBoom(Protocol):
     @property
     def values(self) -> Mapping[str, float]:
         """The scores at the last communication point by the names of their series; empty before the first."""
-
-
-class Weather(Protocol):
-    """The sea of a run."""
-
-    def signal(self, kind: str, speed: float, direction: float) -> None:
-        """Set the speed [m/s] and direction [rad] of the `wind` or the `current`."""
 
 
 class Scores(Protocol):
@@ -106,16 +85,16 @@ class Scores(Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunParts:
-    """The parts of a run that signals read and change; `controls` by vessel, `tension_joints` by boom and end.
+    """The parts of a run that signals read, and `drive`, by which they set entries of the scenario, None: as ordered.
 
-    sea: its wind and current; skimmers: by name.
+    helms: by vessel; tension_joints: by boom and end; skimmers: by name.
     """
 
-    sea: Weather
     world: RigidBodyWorld | None
-    controls: Mapping[str, VesselControl | ManualControl]
+    helms: Mapping[str, VesselControl | ManualControl]
     scoring: Scores
     tension_joints: Mapping[tuple[str, str], str]
+    drive: Callable[[Mapping[str, float | None]], None]
     skimmers: Mapping[str, SkimmingParticipant] = field(default_factory=dict)
 
     def body(self, name: str) -> tuple[Array, Array]:
@@ -125,35 +104,35 @@ class RunParts:
 
 
 Read = Callable[[RunParts], float]
-Write = Callable[[RunParts, Mapping[str, float]], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Signal:
     """One number of a run.
 
-    An output has `read`. An input has `write`, which applies it, given the values of all inputs by name; `start`, the value in the
-    scenario; and `limits`, those of the key in a scenario file.
+    An output has `read`. An input sets the entry of the scenario that it is called after; it has `start`, the value there, and `limits`.
     """
 
     name: str
     unit: str
     read: Read | None = None
-    write: Write | None = None
     start: float = 0.0
     limits: Quantity | None = None
 
     @property
     def is_input(self) -> bool:
         """True for an input of the run."""
-        return self.write is not None
+        return self.read is None
 
 
 def signals_of(exercise: SignalTables) -> dict[str, Signal]:
-    """List all signals of a scenario by name."""
-    found = [*_tow(exercise), *_weather(exercise.sea)]
-    for name, vessel in exercise.vessels.items():
-        found += [*_orders(name, vessel), *_vessel(name)]
+    """List all signals of a scenario by name: its controls that may be driven, what its parts read, its oil ledger and scores."""
+    found = list[Signal]()
+    for path, section, value in driven_entries(exercise):
+        limits = quantities(type(section))[path.rpartition(".")[2]]
+        found.append(Signal(name=path, unit=limits.unit, start=value, limits=limits))
+    for name in exercise.vessels:
+        found += _vessel(name)
     for name, boom in exercise.booms.items():
         found += _boom(name, boom)
     for name in exercise.moorings:
@@ -168,45 +147,11 @@ def signals_of(exercise: SignalTables) -> dict[str, Signal]:
     for name, body in exercise.bodies.items():
         if not isinstance(body.motion, Fixed):
             found += _pose(f"bodies.{name}", name)
+    for name in exercise.booms:
+        found += _scores(name)
+    for series in OilRows().series() if exercise.booms else ():
+        found.append(Signal(name=series.replace("/", "."), unit="m3", read=partial(_row, series)))
     return {signal.name: signal for signal in found}
-
-
-def _tow(exercise: SignalTables) -> Iterator[Signal]:
-    """Yield the orders of [tow], to every vessel whose helmsman has no orders of its own."""
-    followers = [
-        name for name, v in exercise.vessels.items() if v.control == "helmsman" and not (v.legs or v.waypoints)
-    ]
-    tow = exercise.tow
-    if tow is None or not followers:
-        return
-    at_first = tow.speed if tow.start == 0.0 else 0.0  # they wait in their places
-    for what, start in (("speed", at_first), ("heading", tow.heading)):
-        order = partial(_order, [(name, f"{what}_order") for name in followers], f"tow.{what}")
-        yield _input(f"tow.{what}", quantities(TowSettings)[what], order, start)
-
-
-def _orders(name: str, vessel: VesselSettings) -> Iterator[Signal]:
-    """Yield the orders of a vessel that has its own, or no helmsman."""
-    if vessel.control == "manual":
-        starts = dict.fromkeys(MACHINERY_ORDERS, 0.0)
-    elif vessel.legs:
-        starts = {"speed_order": vessel.legs[0].speed, "heading_order": vessel.legs[0].heading}
-    else:
-        return
-    for what, start in starts.items():
-        signal = f"vessels.{name}.{what}"
-        limits = (MACHINERY_ORDERS | HELM_ORDERS)[what]
-        yield _input(signal, limits, partial(_order, [(name, what)], signal), start)
-
-
-def _input(name: str, limits: Quantity, write: Write, start: float = 0.0) -> Signal:
-    return Signal(name=name, unit=limits.unit, write=write, start=start, limits=limits)
-
-
-def _order(told: list[tuple[str, str]], signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
-    """Give vessels an order; `told` has the names of vessel and order."""
-    for vessel, order in told:
-        parts.controls[vessel].set(f"{vessel}.{order}", np.array(values[signal]))
 
 
 def _vessel(name: str) -> Iterator[Signal]:
@@ -227,17 +172,13 @@ def _planar(body: str, index: int, parts: RunParts) -> float:
 
 
 def _push(vessel: str, what: str, parts: RunParts) -> float:
-    return float(parts.controls[vessel].get(f"{vessel}.{what}"))
+    return float(parts.helms[vessel].get(f"{vessel}.{what}"))
 
 
 def _boom(name: str, boom: BoomSettings) -> Iterator[Signal]:
-    """Yield tensions and winches at a boom's ends, and the poses of its segments."""
-    for end, label in zip(boom.ends, boom.end_labels, strict=True):
-        prefix = f"booms.{name}.{label}"
-        yield Signal(name=f"{prefix}.tension", unit="N", read=partial(_tension, name, label))
-        if boom.line_stiffness is not None and isinstance(end, str):
-            order = partial(_pay_out, name, label, f"{prefix}.payout")
-            yield _input(f"{prefix}.payout", Quantity(unit="m"), order)  # the line refuses a length that is not above 0
+    """Yield tensions at a boom's ends, and the poses of its segments."""
+    for label in boom.end_labels:
+        yield Signal(name=f"booms.{name}.{label}.tension", unit="N", read=partial(_tension, name, label))
     for index, segment in enumerate(segment_names(name, boom.segments)):
         yield from _pose(f"booms.{name}.segment-{index:02d}", segment)
 
@@ -271,13 +212,6 @@ def _skimmed(skimmer: str, what: str, parts: RunParts) -> float:
     return float(parts.skimmers[skimmer].get(what)) if skimmer in parts.skimmers else 0.0
 
 
-def _pay_out(boom: str, end: str, signal: str, parts: RunParts, values: Mapping[str, float]) -> None:
-    """Set the length [m] of line that is paid out beyond the laid length by the end of the coming step."""
-    assert parts.world is not None
-    line = parts.tension_joints[boom, end]
-    parts.world.lines.order_length(line, parts.world.lines.laid_length(line) + values[signal])
-
-
 def _pose(prefix: str, body: str) -> Iterator[Signal]:
     for index, (what, unit) in enumerate(POSE):
         yield Signal(name=f"{prefix}.{what}", unit=unit, read=partial(_coordinate, body, index))
@@ -296,16 +230,20 @@ def attitude(pose: Array) -> tuple[float, float, float]:
     return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def _weather(sea: SeaSettings | None) -> Iterator[Signal]:
-    """Yield wind and current, if the scenario has steady ones."""
-    for kind in ("wind", "current"):
-        settings = getattr(sea, kind, None)
-        if isinstance(settings, SteadySeaWind | SteadySeaCurrent):
-            limits, write = quantities(type(settings)), partial(_stream, kind)
-            yield _input(f"sea.{kind}.speed", limits["speed"], write, settings.speed)
-            yield _input(f"sea.{kind}.direction", limits["direction"], write, settings.direction)
+def _scores(boom: str) -> Iterator[Signal]:
+    """Yield volumes of oil, also by cause, and in all by closures; the boom's shape; speeds, of first and gross loss 0 until then."""
+    volumes = [series for series in BoomOil().series() if not series.startswith("oil_lost_modelled/")]
+    units = dict.fromkeys(volumes, "m3") | {"oil_contained_share": "1"} | SHAPE | dict.fromkeys(SPEEDS, "m/s")
+    for series, unit in units.items():
+        start = 1.0 if series == "oil_contained_share" else 0.0
+        name = f"booms.{boom}.{series.replace('/', '.')}"
+        yield Signal(name=name, unit=unit, read=partial(_value, boom, series, start))
 
 
-def _stream(kind: str, parts: RunParts, values: Mapping[str, float]) -> None:
-    """Set the wind or the current."""
-    parts.sea.signal(kind, values[f"sea.{kind}.speed"], values[f"sea.{kind}.direction"])
+def _value(boom: str, series: str, start: float, parts: RunParts) -> float:
+    score = next(score for score in parts.scoring.booms if score.name == boom)
+    return score.values.get(series, start)
+
+
+def _row(series: str, parts: RunParts) -> float:
+    return parts.scoring.ledger.rows.series()[series]

@@ -17,7 +17,7 @@ from coupling.master.participant import (
     checked_value,
     variable_table,
 )
-from scenarios.signals.signal_table import RunParts, Signal
+from scenarios.controls.signals import RunParts, Signal
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class SignalBoard(Participant):
 
     A run has two: `ORDER_BOARD` takes what FMUs drive, before the parts step; `READING_BOARD` gives what feeds them, after.
 
-    An input that is never set leaves the run to the scenario; one that has been set rules from then on.
+    An input that is never set leaves the run to the scenario and its orders; one that has been set rules from then on.
     """
 
     STATE = ()
@@ -50,48 +50,34 @@ class SignalBoard(Participant):
         super().__init__(name, signal_variables(signals).values())
         self._signals = dict(signals)
         self._parts = parts
-        self._orders = {name: signal.start for name, signal in signals.items() if signal.is_input}
-        self._given: set[str] = set()
+        self._given: dict[str, float] = {}
 
     def get(self, name: str) -> Array:
         """Return a signal (1,) in its unit, for an input the value last set; ValueError for an output that is not known."""
-        if name in self._orders:
-            return np.array([self._orders[name]])
         signal = self._signals.get(name)
-        if signal is None or signal.read is None:
+        if signal is None:
             raise ValueError(f"the run has no signal {name!r}, allowed: {', '.join(self._signals)}")
-        return np.array([signal.read(self._parts)])
+        return np.array([self._given.get(name, signal.start) if signal.read is None else signal.read(self._parts)])
 
     def set(self, name: str, value: Array) -> None:
         """Set an input (1,) in its unit; ValueError for a number beyond the limits of its key in a scenario file."""
-        self._orders[name] = float(checked_value(self.name, self.variables, name, value)[0])
-        self._given.add(name)
-        self._put_into_effect(name)
+        number = float(checked_value(self.name, self.variables, name, value)[0])
+        self._parts.drive({name: number})
+        self._given[name] = number
 
     def do_step(self, time: float, step_size: float) -> StepResult:
-        """Apply all inputs again, because a vessel's next leg may have replaced them."""
-        self.renew()
+        """Do nothing: inputs are in effect already."""
         return StepResult(Status.OK, time + step_size)
 
-    def renew(self) -> None:
-        """Apply every input that has been set once more."""
-        for name in sorted(self._given):
-            self._put_into_effect(name)
-
     def save_state(self) -> object:
-        """Return the values of the inputs, and which have been set."""
-        return {"values": dict(self._orders), "given": sorted(self._given)}
+        """Return the values of the inputs that have been set."""
+        return dict(self._given)
 
     def restore_state(self, state: object) -> None:
-        """Go back to a state that `save_state` returned, with its wind and current; ValueError for a number beyond its limits."""
-        saved = cast(dict[str, dict[str, float]], state)
-        values = {
-            name: checked_value(self.name, self.variables, name, [saved["values"][name]]) for name in self._orders
+        """Go back to a state that `save_state` returned; ValueError for a number beyond its limits."""
+        given = {
+            name: float(checked_value(self.name, self.variables, name, [value])[0])
+            for name, value in cast(dict[str, float], state).items()
         }
-        self._orders, self._given = {name: float(value[0]) for name, value in values.items()}, set(saved["given"])
-        self.renew()
-
-    def _put_into_effect(self, name: str) -> None:
-        write = self._signals[name].write
-        assert write is not None
-        write(self._parts, self._orders)
+        self._parts.drive(dict.fromkeys(self._given) | given)
+        self._given = given

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
+from scenarios.controls.signals import Signal, SignalTables, signals_of
+from scenarios.controls.table import KEYS, NEW_TABLES, contradictions, matches, plain_path, why_unfelt
 from scenarios.problems import Problem, ScenarioError, moved, suggestion, unknown
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import PipeEmitterSettings
 from scenarios.schema.parsing.compass import section_without_compass
 from scenarios.schema.parsing.overrides import parse_override, with_override
-from scenarios.schema.parsing.structuring import as_data, spellings, structure
+from scenarios.schema.parsing.structuring import as_data, structure
 from scenarios.schema.run_settings import SiteSettings
-from scenarios.signals.order_keys import NEW_TABLES, ORDER_KEYS, Felt, matches, why_unfelt
-from scenarios.signals.score_signals import scores_of
-from scenarios.signals.signal_table import Signal, SignalTables, signals_of
 
 SIGNALS_SHOWN = 8  # signals that an error names
 
 
-class InjectTables(Felt, SignalTables, Protocol):
+class InjectTables(SignalTables, Protocol):
     """The tables of a scenario that injects name, all its names by table, and the tables that it has, readable or not."""
 
     @property
@@ -41,9 +40,8 @@ class InjectTables(Felt, SignalTables, Protocol):
 
 
 def condition_signals(exercise: SignalTables) -> dict[str, Signal]:
-    """List the signals that a condition may name: all that a run gives, and the scores of its booms."""
-    given = {name: one for name, one in signals_of(exercise).items() if not one.is_input}
-    return given | scores_of(exercise)
+    """List the signals that a condition may name: all that a run gives."""
+    return {name: one for name, one in signals_of(exercise).items() if not one.is_input}
 
 
 def inject_problems(parts: InjectTables) -> Iterator[Problem]:
@@ -51,7 +49,7 @@ def inject_problems(parts: InjectTables) -> Iterator[Problem]:
     signals = condition_signals(parts)
     for name, inject in parts.injects.items():
         wanted = None if inject.when is None else inject.when.signal
-        if wanted is not None and wanted not in signals:
+        if wanted is not None and wanted not in signals and not _is_unread(wanted.split("."), parts):
             hint = suggestion(wanted, signals) or ","
             near = [signal for signal in signals if signal.split(".")[:2] == wanted.split(".")[:2]] or list(signals)
             shown = ", ".join(near[:SIGNALS_SHOWN]) + (", ..." if len(near) > SIGNALS_SHOWN else "")
@@ -62,21 +60,22 @@ def inject_problems(parts: InjectTables) -> Iterator[Problem]:
             yield Problem(f"injects.{name}.orders", f"has {text}")
 
 
+def _is_unread(keys: Sequence[str], parts: InjectTables) -> bool:
+    """Tell whether a signal is of an entry that could not be read, which is said there."""
+    return len(keys) > 1 and keys[1] in parts.names.get(keys[0], ()) and keys[1] not in getattr(parts, keys[0])
+
+
 def _order_problems(orders: tuple[str, ...], parts: InjectTables) -> Iterator[Problem]:
     """Yield what is wrong with orders that act together."""
     touched: dict[tuple[str, ...], Any] = {}
-    given: dict[str, str] = {}
+    read = list[tuple[str, ...]]()
     for order in orders:
         try:
             keys, value = parse_override(order)
         except ScenarioError as error:
             yield from (Problem("", problem.text.removeprefix("is ")) for problem in error.problems)
             continue
-        path = ".".join(keys)
-        first = given.setdefault(".".join(spellings(key)[0] for key in keys), path)
-        if first != path or orders.count(order) > 1:
-            yield Problem(path, f"is given beside {first}, allowed: one order for each entry")
-            continue
+        read.append(keys)
         fault = _fault(keys, value, parts)
         if fault:
             yield Problem(".".join(keys), fault)
@@ -88,6 +87,7 @@ def _order_problems(orders: tuple[str, ...], parts: InjectTables) -> Iterator[Pr
             touched[place] = value if not rest else with_override(before or {}, rest, value)
         except ScenarioError as error:
             yield from (Problem(".".join(keys), problem.text) for problem in error.problems)
+    yield from contradictions(read)
     for place, data in touched.items():
         yield from _misfits(place, data, parts)
 
@@ -97,11 +97,11 @@ def _fault(keys: tuple[str, ...], value: Any, parts: InjectTables) -> str:
     if text := moved(".".join(keys)):
         return text
     table, name = keys[0], keys[1] if len(keys) > 1 else ""
-    paths = [".".join(spellings(key)[0] for key in (*keys, *leaf)) for leaf in _leaves(value)]
+    paths = [plain_path((*keys, *leaf)) for leaf in _leaves(value)]
     is_whole = len(keys) == 2 and isinstance(value, Mapping)  # orders since the start may have added the table
     is_new = matches(".".join(keys[:2]), NEW_TABLES) and (is_whole or not _is_there(table, name, parts))
     if not is_new and not all(_is_order(path) for path in paths):
-        allowed = [key for key in ORDER_KEYS if key.startswith(f"{table}.")] or ORDER_KEYS
+        allowed = [key for key in KEYS if key.startswith(f"{table}.")] or KEYS
         return f"cannot be ordered, allowed: {', '.join(allowed)}"
     if table in parts.given and table not in parts.names and getattr(parts, table, None) is None:
         return ""  # the table itself could not be read, which is said
@@ -113,7 +113,7 @@ def _fault(keys: tuple[str, ...], value: Any, parts: InjectTables) -> str:
 def _is_order(path: str) -> bool:
     """Return whether a path is a key that may be ordered, or lies in one, such as a leg of a course."""
     parts = path.split(".")
-    return any(matches(".".join(parts[:length]), ORDER_KEYS) for length in range(1, len(parts) + 1))
+    return any(matches(".".join(parts[:length]), KEYS) for length in range(1, len(parts) + 1))
 
 
 def _is_there(table: str, name: str, parts: InjectTables) -> bool:

@@ -1,0 +1,290 @@
+"""The controls of a run: one setter for each thing that may be changed, for orders and for signals.
+
+Orders change the scenario. Signals change it over the orders, and rule from then on. The setters of what has changed bring the parts of
+the run to what the scenario says then: helmsmen, engines, winches, booms, moorings, skimmers, pipes and the sea.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from coupling.multibody.lines import ElasticLine
+from coupling.multibody.mooring_leg import MooringLeg
+from oilsim import PipeEmitter
+from scenarios.controls.table import CONTROLS, SETTERS, entries_at, with_entry
+from scenarios.problems import Problem, ScenarioError
+from scenarios.scenario import Scenario
+from scenarios.schema.exercise import body_of
+from scenarios.setup.boom_lines import laid_out, reel_name
+from scenarios.setup.fleet import course_of, gains_of
+from scenarios.setup.fluid import pipe_of, pipe_problems
+from scenarios.setup.moorings import leg_name, tie_name
+from scenarios.setup.resolve import RunSpec, resolve
+from scenarios.setup.simulators import Simulators
+from scenarios.watch.boom_scoring import Scoring
+from scenarios.watch.boom_strength import BoomStrength
+from vessels.control import MACHINERY_ORDERS, ManualControl, VesselControl
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
+
+    from oilsim.slick.spill_source import SpillSource
+
+
+class RunControls:
+    """Brings the parts of a run to what orders and signals ask for; `advance` belongs to each communication point, for winches.
+
+    helms: by the names of their vessels. A line that nobody has ordered is left to others. Lengths are kept with the state of the world,
+    and orders with the plan.
+    """
+
+    def __init__(
+        self,
+        scenario: RunSpec,
+        simulators: Simulators,
+        helms: Mapping[str, VesselControl | ManualControl],
+        strength: BoomStrength,
+        scoring: Scoring,
+    ) -> None:
+        """Hold all lines as they were laid; what is hauled in or paid out at the start is ordered so."""
+        self._simulators, self._helms, self._strength, self._scoring = simulators, helms, strength, scoring
+        self._ordered = self._present = scenario
+        self._signaled: dict[str, float] = {}
+        self._laid = {name: boom.tow_line for name, boom in scenario.booms.items()}
+        self._waiting = {tie_name(name) for name, tie in scenario.ties.items() if tie.waits}
+        self._lengths: dict[str, tuple[float, float]] = {}  # that are ordered [m], and speeds of winches [m/s], by line
+        self._setters: dict[str, Callable[[RunSpec], None]] = {
+            "steer": self._steer,
+            "push": self._push,
+            "run_engines": self._run_engines,
+            "part": self._part,
+            "make_fast": self._make_fast,
+            "moor": self._moor,
+            "skim": self._skim,
+            "haul": self._haul,
+        }
+        self._push(scenario)
+        self._haul(scenario)
+
+    def order(self, scenario: Scenario, *, within_reach: bool = True) -> None:
+        """Bring every part to what a scenario with all orders so far says, signals aside.
+
+        Raises ScenarioError, and changes nothing, if a part cannot be made or, where `within_reach` is asked for, the ends of a tie that is
+        made fast are apart.
+        """
+        spec = resolve(scenario)
+        if within_reach:
+            self._require_reach(spec)
+        self._obey(spec, self._signaled)
+
+    def drive(self, values: Mapping[str, float | None]) -> None:
+        """Let signals set entries by their paths, in the unit of each; None gives one back to the orders. ScenarioError as of `order`."""
+        signaled = {path: value for path, value in (self._signaled | dict(values)).items() if value is not None}
+        if signaled != self._signaled:
+            self._obey(self._ordered, signaled)
+
+    def save_state(self) -> dict[str, Any]:
+        """Return what signals have set, as plain data; nothing where there is none."""
+        return {"signaled": dict(self._signaled)} if self._signaled else {}
+
+    def restore_state(self, state: Mapping[str, Any]) -> None:
+        """Go back to the signals of a state with what `save_state` returned, before the parts are restored."""
+        self.drive(dict.fromkeys(self._signaled) | dict(state.get("signaled", {})))
+
+    def present_meshes(self) -> dict[str, Trimesh]:
+        """Return the meshes [m] of all bodies that the liquid meets, by name, where they are now."""
+        world = self._simulators.world
+        return {
+            solid.name: solid.world_mesh(pose=None if world is None else world.pose(solid.name))
+            for solid in self._simulators.solids
+            if solid.wetted
+        }
+
+    def advance(self) -> None:
+        """Order the length of each line at the end of the next communication step, at the speed of its winch."""
+        world = self._simulators.world
+        for name, (wanted, speed) in self._lengths.items():
+            assert world is not None, "lines need a world"
+            most, present = speed * self._present.run.communication_step, world.lines.length(name)
+            world.lines.order_length(name, present + min(max(wanted - present, -most), most))
+
+    def _obey(self, ordered: RunSpec, signaled: dict[str, float]) -> None:
+        scenario = ordered
+        for path, value in signaled.items():
+            table, *keys = path.split(".")
+            is_source = table == "emitters" and keys[0] in scenario.sources
+            scenario = with_entry(scenario, ["sources" if is_source else table, *keys], value)
+        due = {
+            control.setter
+            for control in CONTROLS
+            if _values(control.key, scenario) != _values(control.key, self._present)
+        }
+        due |= {"pour"} if scenario.sources != self._present.sources else set()
+        sea = self._simulators.sea.ordered(scenario) if "change_sea" in due else None  # it may be refused, as pipes may
+        pipes, sources = (self._new_pipes(scenario), self._new_sources(scenario)) if "pour" in due else ((), ())
+        self._ordered, self._present, self._signaled = ordered, scenario, signaled
+        for setter in SETTERS:
+            if setter in due and setter in self._setters:
+                self._setters[setter](scenario)
+        if "pour" in due:
+            self._pour(scenario, pipes, sources)
+        if sea is not None:
+            self._retune(scenario)
+            self._simulators.sea.become(sea)
+
+    def _steer(self, scenario: RunSpec) -> None:
+        """Give the helmsmen their courses.
+
+        The tow's line goes through a vessel's place at the start. Where the tow turns it, or takes the vessel over, that line may be far
+        off by now: then it is laid through the vessel's present place. A course of the vessel's own has lines of its own.
+        """
+        world = self._simulators.world
+        for name, helm in self._helms.items():
+            present, course = helm.vessel.course, course_of(scenario.vessels[name], scenario)
+            if not isinstance(helm, VesselControl) or course is None or present is None or course == present:
+                continue
+            last, before = course.legs[-1], present.legs[-1]
+            if not scenario.vessels[name].follows_tow:
+                helm.lay_line(None)
+            elif world is not None and (last.heading, last.through) != (before.heading, before.through):
+                x, y = world.pose(body_of(name))[:2].tolist()
+                helm.lay_line((x, y))
+            helm.change_course(course)
+        self._scoring.take_orders([helm.vessel for helm in self._helms.values() if isinstance(helm, VesselControl)])
+
+    def _retune(self, scenario: RunSpec) -> None:
+        """Give the helmsmen the gains for the present waves."""
+        speed = scenario.orbital_speed
+        for name, helm in self._helms.items():
+            gains = gains_of(scenario.vessels[name], helm.vessel.hull.mass_properties.mass, speed)
+            if isinstance(helm, VesselControl) and gains != helm.vessel.gains:
+                helm.retune(gains)
+
+    def _push(self, scenario: RunSpec) -> None:
+        """Give thrust and steering of vessels without a helmsman."""
+        for name, helm in self._helms.items():
+            for order in MACHINERY_ORDERS if isinstance(helm, ManualControl) else ():
+                helm.set(f"{name}.{order}", np.array(getattr(scenario.vessels[name], order)))
+
+    def _run_engines(self, scenario: RunSpec) -> None:
+        for name, helm in self._helms.items():
+            screws = scenario.vessels[name].screws
+            helm.vessel = replace(helm.vessel, engine_runs=any(screws), screws=screws)
+
+    def _part(self, scenario: RunSpec) -> None:
+        """Let the joints of booms part that have parted in the scenario and still hold."""
+        for boom, settings in scenario.booms.items():
+            for number in settings.parted:
+                self._strength.part(boom, number)
+
+    def _require_reach(self, scenario: RunSpec) -> None:
+        """Raise ScenarioError for every tie that the scenario makes fast now, but whose ends are not within reach."""
+        problems = []
+        for name in self._fresh_ties(scenario):
+            assert self._simulators.world is not None  # that has the tie
+            distance, tie = self._simulators.world.line_distance(tie_name(name)), scenario.ties[name]
+            if tie.reach is not None and distance > tie.reach:
+                text = f"cannot be true yet: its ends are {distance:.1f} m apart, allowed: within its reach of {tie.reach:g} m"
+                problems.append(Problem(f"--set ties.{name}.made_fast", text))
+        if problems:
+            raise ScenarioError(problems, "oilsim")
+
+    def _fresh_ties(self, scenario: RunSpec) -> Iterator[str]:
+        """Yield the ties that the scenario makes fast and that are loose in the world."""
+        world = self._simulators.world
+        for name, tie in scenario.ties.items():
+            line = None if world is None else world.lines[tie_name(name)]
+            if tie.made_fast and isinstance(line, ElasticLine) and not line.made_fast:
+                yield name
+
+    def _make_fast(self, scenario: RunSpec) -> None:
+        """Make ties fast, and let their winches haul them in."""
+        for name in list(self._fresh_ties(scenario)):
+            assert self._simulators.world is not None  # that has the tie
+            self._simulators.world.make_line_fast(tie_name(name))
+        self._haul(scenario)
+
+    def _moor(self, scenario: RunSpec) -> None:
+        """Let mooring legs and ties part, and anchors hold, as the scenario says."""
+        world = self._simulators.world
+        if world is None:
+            return
+        for name, tie in scenario.ties.items():
+            if tie.parted:
+                world.part_line(tie_name(name))
+        for name, leg in scenario.moorings.items():
+            if leg.parted:
+                world.part_line(leg_name(name))
+            elif leg.holding is not None:
+                line = world.lines[leg_name(name)]
+                assert isinstance(line, MooringLeg)
+                line.anchor = replace(line.anchor, holding=leg.holding)
+
+    def _haul(self, scenario: RunSpec) -> None:
+        """Take the lengths to which winches bring tow lines, mooring legs, ties and booms on reels."""
+        world, fleet = self._simulators.world, self._simulators.fleet
+        if world is None:
+            return
+        changes = {leg_name(name): (-leg.hauled, leg.winch_speed) for name, leg in scenario.moorings.items()}
+        changes |= {tie_name(name): (-tie.hauled, tie.winch_speed) for name, tie in scenario.ties.items()}
+        for boom, settings in scenario.booms.items():
+            reel, mouth = settings.reel, settings.ends[0]
+            if reel is not None and reel.paid_out is not None and not isinstance(mouth, str):
+                changes[reel_name(boom)] = reel.paid_out - laid_out(fleet.booms[boom], mouth), reel.winch_speed
+            grown = settings.tow_line - self._laid[boom]
+            for end, line in fleet.tensions_of(boom).items():
+                hauled = scenario.vessels[end].hauled if end in settings.ends else 0.0
+                changes.setdefault(line, (grown - hauled, settings.winch_speed))
+        fast = {tie_name(name) for name, tie in scenario.ties.items() if tie.made_fast}
+        for name, (change, speed) in changes.items():
+            is_loose = name in self._waiting and name not in fast
+            if name in world.lines.names and not is_loose and (change != 0.0 or name in self._lengths or name in fast):
+                self._lengths[name] = world.lines.laid_length(name) + change, speed
+        self.advance()
+
+    def _skim(self, scenario: RunSpec) -> None:
+        """Let skimmers run or stop, pump and store."""
+        for one in self._simulators.skimmers:
+            ordered = scenario.skimmers[one.short_name]
+            one.skimmer.is_running = ordered.running
+            one.skimmer.design = ordered.design(one.skimmer.design.water_density)
+
+    def _new_pipes(self, scenario: RunSpec) -> Sequence[PipeEmitter]:
+        """Create the pipes that the fluid does not have yet; ScenarioError for those that reach into a body or out of the tank."""
+        fresh = dict(islice(scenario.emitters.items(), len(self._simulators.fluid.emitters), None))
+        if fresh:
+            problems = list(pipe_problems(replace(scenario, emitters=fresh), self.present_meshes()))
+            if problems:
+                raise ScenarioError(problems, "oilsim")
+        return [pipe_of(settings, scenario.fluid.particle_spacing) for settings in fresh.values()]
+
+    def _new_sources(self, scenario: RunSpec) -> Sequence[SpillSource]:
+        """Create the sources of oil that the slick does not have yet; none in a run without parcels."""
+        if self._simulators.slick is None:
+            return []
+        from scenarios.setup.at_sea.parcels import new_sources  # only a run with parcels pays for its kernels
+
+        return new_sources(self._simulators.slick, scenario)
+
+    def _pour(self, scenario: RunSpec, pipes: Sequence[PipeEmitter], sources: Sequence[SpillSource]) -> None:
+        """Add pipes and sources, and let all of them pour as the scenario says."""
+        fluid, slick = self._simulators.fluid, self._simulators.slick
+        for pipe in pipes:
+            fluid.add_emitter(pipe)
+        for emitter, settings in zip(fluid.emitters, scenario.emitters.values(), strict=True):
+            emitter.speed = settings.speed
+        if slick is not None:
+            from scenarios.setup.at_sea.parcels import rate_of
+
+            slick.sources += sources
+            for source in slick.sources:
+                source.rate = rate_of(scenario.sources[source.name])
+
+
+def _values(key: str, scenario: RunSpec) -> list[tuple[str, Any]]:
+    return [(path, value) for path, _, value in entries_at(key, scenario)]

@@ -1,1 +1,0 @@
-"""Signals: numbers of a run by name, for FMUs and for orders."""
