@@ -24,10 +24,30 @@ from scenarios.schema.parsing.overrides import parse_override, with_override
 from tests.scenarios.small_tow import small_tow
 
 STEP, POINT, END = 0.1, 1, 4  # [s], communication points of the order and of the end
-TOW = (
-    small_tow(duration=9.0, communication_step=STEP, frame_rate=5)
-    + """
-line_stiffness = 2000.0
+SEA = """
+[sea.current]
+speed = 0.2
+direction = 0.0
+
+[sea.wind]
+speed = 6.0
+gust_intensity = 0.1
+
+[sea.waves]
+kind = "regular"
+height = 0.2
+period = 3.0
+"""
+TOW = small_tow(duration=9.0, communication_step=STEP, frame_rate=5) + "line_stiffness = 2000.0" + SEA
+ALONE = (
+    """
+name = "alone"
+run = {duration = 9.0, communication_step = 0.1, threads = 1, detail = "none"}
+fluid = {particle_spacing = 0.25}
+phases.water = {density = 1025.0, dynamic_viscosity = 1.0e-3}
+phases.oil = {oil = "alaska-north-slope"}
+tank = {lower = [-60.0, -60.0, -10.0], upper = [60.0, 60.0, 5.0], open = ["-x", "+x", "-y", "+y", "+z"]}
+sea.depth = 10.0
 
 [vessels.legged]
 length = 6.0
@@ -56,11 +76,7 @@ at = "stern"
 anchor = [-30.0, -20.0]
 kind = "weight"
 mass = 300.0
-holding = 2000.0
 parts = [{ material = "chain", length = 10.0, diameter = 0.013 }, { material = "polyester", length = 20.0, diameter = 0.02 }]
-
-[phases.oil]
-oil = "alaska-north-slope"
 
 [emitters.leak]
 phase = "oil"
@@ -82,20 +98,8 @@ storage = 5.0
 throughput_efficiency = 0.7
 recovery_efficiency = 0.8
 place = [-35.0, 12.0]
-
-[sea.current]
-speed = 0.2
-direction = 0.0
-
-[sea.wind]
-speed = 6.0
-gust_intensity = 0.1
-
-[sea.waves]
-kind = "regular"
-height = 0.2
-period = 3.0
 """
+    + SEA
 )
 REEL = (Path(__file__).parents[1] / "setup" / "off_the_reel.toml").read_text(encoding="utf-8")
 
@@ -115,37 +119,39 @@ TRIALS = (
     Trial("tow.heading=0.2", verb={"do": "tow", "speed": 0.3, "heading": 0.2}),
     Trial(
         "vessels.legged.legs=[{speed=0.7,heading=0.2}]",
+        ALONE,
         verb={"do": "steer", "vessel": "legged", "speed": 0.7, "heading": 0.2, "keeps_line": False},
     ),
     Trial(
         "vessels.legged.legs=[{speed=0.0,heading=0.0,by_hand=[0.5,0.1]}]",
+        ALONE,
         verb={"do": "levers", "vessel": "legged", "thrust": 0.5, "steering": 0.1},
     ),
-    Trial("vessels.legged.legs.0.speed=0.8"),
-    Trial("vessels.legged.legs.0.heading=0.4"),
-    Trial("vessels.pushed.thrust_order=500.0", starts=True),
-    Trial("vessels.pushed.side_thrust_order=300.0", starts=True),
-    Trial("vessels.pushed.yaw_moment_order=900.0", starts=True),
+    Trial("vessels.legged.legs.0.speed=0.8", ALONE),
+    Trial("vessels.legged.legs.0.heading=0.4", ALONE),
+    Trial("vessels.pushed.thrust_order=500.0", ALONE, starts=True),
+    Trial("vessels.pushed.side_thrust_order=300.0", ALONE, starts=True),
+    Trial("vessels.pushed.yaw_moment_order=900.0", ALONE, starts=True),
     Trial("vessels.port.engine=stopped", starts=True, verb={"do": "engine", "vessel": "port", "runs": False}),
     Trial("vessels.port.hauled=0.25", starts=True, verb={"do": "line", "vessel": "port", "length": 1.75}),
     Trial("booms.main.parted=[4]"),
     Trial("booms.main.tow_line=2.25"),
     Trial("booms.main.reel.paid_out=5.0", REEL, starts=True),
-    Trial("moorings.stern.parted=true", starts=True),
-    Trial("moorings.stern.hauled=0.25", starts=True),
-    Trial("moorings.stern.holding=1.0"),
-    Trial("skimmers.brush.running=false", starts=True),
-    Trial("skimmers.brush.nameplate=10.0", starts=True),
-    Trial("skimmers.brush.storage=0.001", starts=True),
-    Trial("skimmers.brush.throughput_efficiency=0.2", starts=True),
-    Trial("skimmers.brush.recovery_efficiency=0.3", starts=True),
-    Trial("sea.current.speed=0.5"),
-    Trial("sea.current.direction=1.0"),
-    Trial("sea.wind.speed=12.0"),
-    Trial("sea.wind.direction=1.5"),
-    Trial("sea.wind.gust_intensity=0.3"),
-    Trial("sea.waves.height=0.4"),
-    Trial("emitters.leak.speed=0.25", starts=True),
+    Trial("moorings.stern.parted=true", ALONE, starts=True),
+    Trial("moorings.stern.hauled=0.25", ALONE, starts=True),
+    Trial("moorings.stern.holding=1.0", ALONE),
+    Trial("skimmers.brush.running=false", ALONE, starts=True),
+    Trial("skimmers.brush.nameplate=10.0", ALONE, starts=True),
+    Trial("skimmers.brush.storage=0.001", ALONE, starts=True),
+    Trial("skimmers.brush.throughput_efficiency=0.2", ALONE, starts=True),
+    Trial("skimmers.brush.recovery_efficiency=0.3", ALONE, starts=True),
+    Trial("sea.current.speed=0.5", ALONE),
+    Trial("sea.current.direction=1.0", ALONE),
+    Trial("sea.wind.speed=12.0", ALONE),
+    Trial("sea.wind.direction=1.5", ALONE),
+    Trial("sea.wind.gust_intensity=0.3", ALONE),
+    Trial("sea.waves.height=0.4", ALONE),
+    Trial("emitters.leak.speed=0.25", ALONE, starts=True),
 )
 # Ties are tried with two booms (test_ties), injects as a way in; heights of irregular waves go the way of others.
 ELSEWHERE = {"ties.*.parted", "ties.*.made_fast", "ties.*.hauled", "injects.*.given", "sea.waves.significant_height"}
