@@ -42,11 +42,10 @@ TOW = small_tow(duration=9.0, communication_step=STEP, frame_rate=5) + "line_sti
 ALONE = (
     """
 name = "alone"
-run = {duration = 9.0, communication_step = 0.1, threads = 1, detail = "none"}
+run = {duration = 9.0, communication_step = 0.1, threads = 1}
 fluid = {particle_spacing = 0.25}
 phases.water = {density = 1025.0, dynamic_viscosity = 1.0e-3}
 phases.oil = {oil = "alaska-north-slope"}
-tank = {lower = [-60.0, -60.0, -10.0], upper = [60.0, 60.0, 5.0], open = ["-x", "+x", "-y", "+y", "+z"]}
 sea.depth = 10.0
 
 [vessels.legged]
