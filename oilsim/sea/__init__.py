@@ -11,12 +11,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from oilsim.sea.description import Continuation, CurrentProfile, SeaDescription, WindField
-from oilsim.sea.flows import FlowTable, SteadyFlow, TidalFlow
+from oilsim.sea.flows import FlowTable, SteadyFlow, TidalFlow, Tide
 from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LangmuirCells
 from oilsim.sea.regular_waves import RegularWaves
-from oilsim.sea.tide import Tide
 from oilsim.sea.wind_stress import WindDrift
 
 if TYPE_CHECKING:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.core.quantity import quantity, require
-from oilsim.sea.directional_spread import direction_quantiles
 from oilsim.sea.dispersion_relation import steepest_height
 from oilsim.sea.flows import Flow
 from oilsim.sea.regular_waves import SEEN_FROM, STRETCHINGS, chosen, water_numbers
@@ -39,6 +38,10 @@ STEEPEST_SEAS = (1.0 / 15.0, 1.0 / 25.0)
 DEPTH_LIMITED = 0.6
 # [1] golden ratio - 1; theory; the multiples of it, less whole numbers, fill an interval evenly
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+# [1] points of the integral over directions; numerical; quantiles are exact to 1e-5 rad
+POINTS = 20001
 
 
 def shape(x: Double, peakedness: float) -> Double:
@@ -142,3 +145,19 @@ class JonswapWaves:
                 f"waves: significant_height is {self.significant_height:g} m at peak_period = {self.peak_period:g} s in water of "
                 f"{water.depth:g} m, allowed: up to {limits[reason]:.4g} m, the limit of {reason}"
             )
+
+
+def spreading(theta: Double, spread: float) -> Double:
+    """Compute D(theta) (N,) [1/rad] at angles (N,) [rad] from the mean direction; spread s [-]."""
+    scale = math.exp(math.lgamma(spread + 1.0) - math.lgamma(spread + 0.5)) / (2.0 * math.sqrt(math.pi))
+    return scale * np.abs(np.cos(0.5 * theta)) ** (2.0 * spread)
+
+
+def direction_quantiles(fraction: Double, spread: float | None) -> Double:
+    """Return the angles (N,) [rad] below which the given fractions (N,) [-] of the energy lie; zeros for a spread of None."""
+    if spread is None:
+        return np.zeros_like(fraction)
+    theta = np.linspace(-math.pi, math.pi, POINTS)
+    density = spreading(theta, spread)
+    below = np.append(0.0, np.cumsum(0.5 * (density[1:] + density[:-1])))
+    return np.interp(fraction, below / below[-1], theta)

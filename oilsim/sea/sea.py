@@ -8,8 +8,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from oilsim.backend.jit import FAST
 from oilsim.sea.description import Continuation, SeaDescription, profile
 from oilsim.sea.dispersion_relation import second_harmonic
 from oilsim.sea.flows import SteadyFlow
@@ -18,8 +20,8 @@ from oilsim.sea.langmuir import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
 from oilsim.sea.linear_waves import WaveField, linear_field, sum_elevation
 from oilsim.sea.regular_waves import RegularWaves
 from oilsim.sea.stokes_waves import add_harmonic, stokes_field
+from oilsim.sea.vector_math import sine_cosine
 from oilsim.sea.wave_components import NO_WAVES, WaveComponents
-from oilsim.sea.wind_kernels import add_drift, add_gusts
 
 Double = NDArray[np.float64]
 
@@ -300,3 +302,28 @@ def _points(given: ArrayLike, least: int, time: float) -> tuple[Double, tuple[in
         row = np.flatnonzero(~np.isfinite(flat).all(1))[0]
         raise ValueError(f"sea: point {row} is {tuple(flat[row].tolist())}, allowed: finite, in m")
     return flat, points.shape[:-1]
+
+
+@njit(**FAST)
+def add_gusts(along, gusts, time, gust):
+    """Add the gust (N,) [-], over the mean speed, at places `along` the wind (N,) [m] and `time` [s]; gusts: GustComponents."""
+    for j in range(gusts.amplitude.shape[0]):
+        a, k = gusts.amplitude[j], gusts.wave_number[j]
+        shift = gusts.frequency[j] * time + gusts.phase[j]
+        for i in range(along.shape[0]):
+            _, c = sine_cosine(shift - k * along[i])
+            gust[i] += a * c
+
+
+@njit(**FAST)
+def add_drift(height, elevation, layer, velocity):
+    """Add the drift of the wind to `velocity` (N, 3) [m/s] at points of a `height` (N,) [m] below a surface at `elevation` (N,) [m].
+
+    layer: DriftLayer.
+    """
+    for i in range(height.shape[0]):
+        depth = max(elevation[i] - height[i], 0.0)
+        if depth < layer.thickness:
+            speed = max(layer.surface - layer.slope * np.log1p(depth / layer.roughness), 0.0)
+            velocity[i, 0] += speed * layer.toward_x
+            velocity[i, 1] += speed * layer.toward_y

@@ -21,8 +21,8 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
+from scenarios.setup.at_sea.afloat import left_out as left_out_of
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.at_sea.particle_free import left_out as left_out_of
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 from scenarios.setup.resolve import RunSpec, deep_to_the_floor, resolve
 from scenarios.setup.too_late import never_comes
@@ -167,7 +167,7 @@ def _of_windows(
     mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
     beyond: tuple[str, ...] = ()
     if solids:
-        from scenarios.setup.at_sea.window_place import require_water  # only fixed bodies pay for it
+        from scenarios.setup.at_sea.window import require_water  # only fixed bodies pay for it
 
         beyond = require_water(scenario, solids, level)
     return (*window_facts(scenario), *window_remarks(scenario, sea), *beyond), mean

@@ -17,9 +17,8 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
+from scenarios.setup.at_sea.afloat import load_bodies, shore_solid
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.at_sea.particle_free import load_bodies
-from scenarios.setup.at_sea.shore import shore_solid
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level

@@ -18,7 +18,7 @@ from oilsim import Fluid
 from oilsim.fluid.views import JointReadings
 from scenarios.problems import problems_of
 from scenarios.schema.exercise import body_of
-from scenarios.setup.at_sea.particle_free import left_out
+from scenarios.setup.at_sea.afloat import left_out
 from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
@@ -129,9 +129,9 @@ def _with_windows(scenario: RunSpec, layout: Layout) -> Simulators:
         build_windows,
         couple_windows,
         exchange_oil,
+        require_water,
         targets_of,
     )  # only such a run pays for it
-    from scenarios.setup.at_sea.window_place import require_water
 
     beyond = require_water(scenario, layout.solids, layout.level)
     windows = build_windows(scenario, layout.sea)
@@ -164,7 +164,7 @@ def _with_windows(scenario: RunSpec, layout: Layout) -> Simulators:
 
 def _told(scenario: RunSpec, layout: Layout, windows: Mapping[str, Window]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return warnings and facts of a run with windows, which follow their targets already."""
-    from scenarios.setup.at_sea.window_shares import booms_in_rims, segments_borne
+    from scenarios.setup.at_sea.window import booms_in_rims, segments_borne
     from scenarios.setup.window_choice import window_facts, window_remarks
 
     borne = windows, layout.fleet.booms, scenario.window

@@ -1,11 +1,14 @@
-"""The windows of a run: particles around targets, inside the sea by formulas (`oilsim.window`)."""
+"""The windows of a run: particles around targets, inside the sea by formulas (`oilsim.window`), and what they meet at the start."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from booms.deployment import BoomLayout
 from booms.losses.closure_losses import STANDING
 from booms.losses.resolution import Resolution
 from booms.scores import PLANING_ANGLE
@@ -13,21 +16,28 @@ from coupling.bullet.assembly import FLUID, CoupledBodies, couple_participant
 from coupling.bullet.rigid_body_participant import Requested
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.participants.slick import SlickParticipant
-from coupling.participants.window import SharedEnvironment, Target, WindowBody, WindowParticipant
+from coupling.participants.window import FADE, SharedEnvironment, Target, WindowBody, WindowParticipant
 from coupling.participants.windows import WindowsParticipant, overlap
+from coupling.solids.signed_distance import SignedDistance
 from oilsim import Phase
 from oilsim.sea import Sea
 from oilsim.window.joint_exchange import JointExchange
 from oilsim.window.oil_exchange import OilExchange
 from oilsim.window.resolved_parcels import CoarseSkirts
+from oilsim.window.settings import WindowSettings
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
 from scenarios.problems import Problem, ScenarioError
-from scenarios.schema.exercise import BoomSettings, body_of
+from scenarios.schema.exercise import BoomSettings, body_of, segment_names
 from scenarios.schema.parsing.quantity_fields import Point2
+from scenarios.schema.window import WindowTable, window_place
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.placed_solids import Solid, sampled
+
+Array = NDArray[np.float64]
+# [1] columns of water along each side of a window that are looked at; numerical
+COLUMNS = 16
 
 
 def build_windows(scenario: RunSpec, sea: Sea) -> dict[str, Window]:
@@ -126,3 +136,90 @@ def target_of(target: str | Point2, fleet: Fleet) -> Target:
     else:
         names = [body_of(target) if any(vessel.name == target for vessel in fleet.vessels) else target]
     return lambda poses: np.mean([poses[name][:2] for name in names], axis=0)
+
+
+def require_water(scenario: RunSpec, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
+    """Say which fixed bodies reach beyond a window, which cannot meet them; ScenarioError for windows that lie inside one whole.
+
+    level [m] of the still water.
+    """
+    fixed = [solid for solid in solids if solid.motion == "fixed" and solid.wetted]
+    problems, told = list[Problem](), list[str]()
+    for name, table in scenario.window.items() if fixed else ():
+        place, settings = window_place(name, scenario.window), table.settings(scenario.fluid)
+        middle = _middle(scenario, table.target, solids)
+        for body, share, is_beyond in _overlaps(fixed, settings, middle, level):
+            if share == 1.0:
+                text = f"puts all of the window inside body {body!r}, where no water is, allowed: a place in the water"
+                problems.append(Problem(f"{place}.target", text))
+            elif is_beyond:
+                told.append(
+                    f"{place}: body {body!r} reaches beyond it, so its water flows through that body;"
+                    f" {place}.size must hold all of a fixed body, or the window must be clear of it"
+                )
+    if problems:
+        raise ScenarioError(problems, scenario.name)
+    return tuple(told)
+
+
+def _middle(scenario: RunSpec, target: str | Point2, solids: Sequence[Solid]) -> Array:
+    """Return the place (2,) [m] of a window's middle at the start."""
+    if not isinstance(target, str):
+        return np.array(target)
+    names = [body_of(target) if target in scenario.vessels else target]
+    if target in scenario.booms:
+        names = middle_of(segment_names(target, scenario.booms[target].segments))
+    return np.mean([solid.placed.position[:2] for solid in solids if solid.name in names], axis=0)
+
+
+def _overlaps(
+    fixed: Sequence[Solid], settings: WindowSettings, middle: Array, level: float
+) -> Iterator[tuple[str, float, bool]]:
+    """Yield each fixed body in a window around `middle` (2,) [m], the share of the window inside it, and whether it reaches beyond."""
+    size = np.array(settings.whole_size)
+    lines = [middle[axis] + size[axis] * ((np.arange(COLUMNS) + 0.5) / COLUMNS - 0.5) for axis in (0, 1)]
+    heights = level - settings.depth * (np.arange(4) + 0.5) / 4.0
+    points = np.stack(np.meshgrid(*lines, heights, indexing="ij"), -1).reshape(-1, 3)
+    for solid in fixed:
+        low, high = solid.world_mesh().bounds[:, :2]
+        turn = Rotation.from_quat(solid.placed.orientation)
+        own = np.ascontiguousarray(turn.inv().apply(points - solid.placed.position))
+        share = float((SignedDistance(solid.placed.mesh).phi(own) < 0.0).mean())
+        if share > 0.0:
+            yield solid.name, share, bool((low < middle - 0.5 * size).any() or (high > middle + 0.5 * size).any())
+
+
+def segments_borne(
+    windows: Mapping[str, Window], booms: Mapping[str, BoomLayout], tables: Mapping[str, WindowTable]
+) -> Iterator[str]:
+    """Say of each boom in a window how many of its segments particles bear at the start."""
+    for place, boom, shares in _boom_shares(windows, booms, tables):
+        if shares.any():
+            borne = f"{np.count_nonzero(shares)} of the {len(shares)} segments of boom {boom!r}"
+            yield f"{place}: particles bear {borne} at the start; formulas bear those that are in no window"
+
+
+def booms_in_rims(
+    windows: Mapping[str, Window], booms: Mapping[str, BoomLayout], tables: Mapping[str, WindowTable]
+) -> Iterator[str]:
+    """Say of each boom in a window if none of its segments is in the middle, where particles would bear it."""
+    for place, boom, shares in _boom_shares(windows, booms, tables):
+        if not shares.any():
+            yield (
+                f"{place}: boom {boom!r} lies in its rim at the start, and no segment in its middle, so formulas alone load the boom; a"
+                f" larger window has it in the middle, or {place}.target = {boom!r}"
+            )
+
+
+def _boom_shares(
+    windows: Mapping[str, Window], booms: Mapping[str, BoomLayout], tables: Mapping[str, WindowTable]
+) -> Iterator[tuple[str, str, NDArray[np.float64]]]:
+    """Yield each window's place in the file, each boom in it, and the shares (n,) of the particles in the loads of its segments."""
+    for name, window in windows.items():
+        rim, fade = window.rim, FADE * window.settings.spacing
+        for boom, layout in booms.items():
+            places = np.array([segment.position for segment in layout.segments])
+            within = (np.abs(places[:, :2] - rim.center) < 0.5 * np.array(rim.size)).all(1)
+            shares = np.where(within, np.clip((rim.inward(places) - rim.width) / fade, 0.0, 1.0), 0.0)
+            if within.any():
+                yield window_place(name, tables), boom, shares

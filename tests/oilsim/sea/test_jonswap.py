@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from oilsim.sea import JonswapWaves, RegularWaves, Sea, SeaDescription
-from oilsim.sea.directional_spread import direction_quantiles, spreading
-from oilsim.sea.jonswap import spectrum
+from oilsim.sea.jonswap import direction_quantiles, spectrum, spreading
 
 GRAVITY = 9.81
 SEA = {"significant_height": 0.5, "peak_period": 3.0}

@@ -1,12 +1,21 @@
-"""Bodies that the sea loads, where no particles are."""
+"""Bodies that the sea loads, where no particles are, and the shore as pictures show it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from booms.deployment import PlacedBody
+from coupling.participants.plan_barriers import Beach
+from coupling.solids.bodies import mass_properties
+from recordings.model.exercise import GROUND
 from scenarios.problems import Problem, ScenarioError
 from scenarios.setup.resolve import RunSpec
+from scenarios.setup.solids.placed_solids import HELD_DENSITY, Solid
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -20,6 +29,14 @@ if TYPE_CHECKING:
     from scenarios.setup.solids.placed_solids import Solid
 
 LEFT_OUT = "without a tank, oil is a slick of parcels, and the sea is formulas, so {} is left out"
+
+
+# [m] thickness of the ground in pictures
+THICKNESS = 0.5
+# times that its sides are halved; numerical; a picture leaves out triangles that reach behind the camera
+HALVINGS = 4
+# red, green, blue, opacity of sand in pictures
+SAND = (196, 178, 138, 255)
 
 
 def left_out(spec: RunSpec) -> tuple[str, ...]:
@@ -97,3 +114,20 @@ def loads_of_mesh(mesh: Trimesh, properties: MassProperties, water_density: floa
         hydrostatics=hydrostatics(mesh, waterline),
     )
     return hull_loads(hull)
+
+
+def shore_solid(beach: Beach, depth: float) -> Solid:
+    """Return the ground as pictures show it: from the sea's floor, `depth` [m] under the waterline, as far up as down."""
+    run = 2.0 * depth * np.hypot(1.0, 1.0 / beach.slope)
+    mesh = trimesh.creation.box((run, beach.width, THICKNESS))
+    for _ in range(HALVINGS):
+        mesh = mesh.subdivide()
+    turn = Rotation.from_euler("z", beach.seaward) * Rotation.from_euler("y", np.arctan(beach.slope))
+    placed = PlacedBody(
+        name=GROUND,
+        mesh=mesh,
+        mass_properties=mass_properties(mesh, density=HELD_DENSITY),
+        position=np.array(beach.waterline) - 0.5 * THICKNESS * np.array(beach.normal),
+        orientation=np.asarray(turn.as_quat()),
+    )
+    return Solid(placed=placed, motion="fixed", contact=False, wetted=False, color=SAND)
