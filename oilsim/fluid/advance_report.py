@@ -30,6 +30,7 @@ class AdvanceReport:
     stage_seconds       wall time by stage [s]
     asleep              number of particles that sleep at the end
     removed, emitted    number of particles by phase that left through the outflow, and that pipes added
+    drops               number of drops finer than the flow that changed places with liquid ahead of them (*modelled*, `drops.drift`)
     budget              energy and momentum by cause if the fluid is watched, else None
     """
 
@@ -43,6 +44,7 @@ class AdvanceReport:
     density_error_max: float
     stage_seconds: dict[str, float]
     asleep: int = 0
+    drops: int = 0
     removed: dict[str, int] = field(default_factory=dict)
     emitted: dict[str, int] = field(default_factory=dict)
     budget: Ledger | None = None
@@ -91,7 +93,12 @@ class Unreported:
                 "density_error_max": density_error_max,
             }
         report = AdvanceReport(
-            sub_steps=len(results), removed=dict(self.removed), emitted=dict(self.emitted), **self.figures, **others
+            sub_steps=len(results),
+            drops=sum(result.drops for result in results),
+            removed=dict(self.removed),
+            emitted=dict(self.emitted),
+            **self.figures,
+            **others,
         )
         self.clear()
         return report

@@ -76,23 +76,27 @@ def split_step(
             pressure = project_velocity(context, arrays.neighbors, arrays.sums, arrays.pairs, state, operator, minor)
         meet_walls(context, clock, arrays, state, time_step)
     momentum.project()
-    _move_drops(context, clock, arrays, minor, state, time_step)
+    drops = _move_drops(context, clock, arrays, minor, state, time_step)
     return StepResult(
-        time_step, passes, pressure[0], viscous[0], density_error, pressure[1], viscous[1], arrays.sums.crowding
+        time_step, passes, pressure[0], viscous[0], density_error, pressure[1], viscous[1], arrays.sums.crowding, drops
     )
 
 
 def _move_drops(
     context: StepContext, clock: StepClock, arrays: StepArrays, minor: list[Index], state: FluidState, time_step: float
-) -> None:
-    """Let drops that are finer than the flow rise or sink, where there are two liquids and gravity; water around them does not sleep."""
+) -> int:
+    """Let drops that are finer than the flow rise or sink, where there are two liquids and gravity; returns how many changed places.
+
+    Water around a drop that is on its way does not sleep.
+    """
     state.steps += 1
     if context.constants.drop_speeds is None or not minor:
-        return
+        return 0
     with clock.stage("swaps"):
-        drops = move_drops(context, arrays.neighbors, minor, state, time_step)
+        count, drops = move_drops(context, arrays.neighbors, minor, state, time_step)
     if context.regions is not None:
         context.regions.wake(state.position[:, drops])
+    return count
 
 
 def _part_sleepers(context: StepContext, clock: StepClock, state: FluidState, elapsed: float, driven: bool) -> None:

@@ -15,8 +15,8 @@ from oilsim.step.context import StepContext
 
 def move_drops(
     context: StepContext, neighbors: Neighbors, minor: list[Index], state: FluidState, time_step: float
-) -> NDArray[np.int64]:
-    """Let drops change places in a step of `time_step` [s]; returns the indices (n,) of all drops that are on their way.
+) -> tuple[int, NDArray[np.int64]]:
+    """Let drops change places in a step of `time_step` [s]; returns how many did, and the indices (n,) of all that are on their way.
 
     minor: indices (K,) of the particles of each minority phase with their neighbours (see `minority_phases`).
     """
@@ -35,4 +35,4 @@ def move_drops(
     partner[partner >= neighbors.awake] = RESTS
     first, second = pairs_of(chosen, partner, state.id)
     state.swap(first, second, config.rest_volume * constants.densities)
-    return chosen[partner != RESTS].astype(np.int64)
+    return first.size, chosen[partner != RESTS].astype(np.int64)

@@ -146,6 +146,7 @@ class StepResult:
 
     viscosity_error  what the viscous solve leaves of the explicit change [1]
     crowding         mean compression [1] of liquid that fills its box, which no solve can change; 0 where a surface is free
+    drops            number of drops that changed places with the liquid ahead of them
     """
 
     time_step: float
@@ -156,3 +157,4 @@ class StepResult:
     divergence_error: float
     viscosity_error: float = 0.0
     crowding: float = 0.0
+    drops: int = 0

@@ -57,6 +57,9 @@ class Remarks:
         short |= self._thin | dict(self._bodies()) | dict(self._lines())
         found = dict(self._fills()) | dict(self._ties())
         found |= {about: Notice(text, level="warning", source=about) for about, text in short.items()}
+        if report is not None and report.drops:
+            text = "drops of a few particles rise or sink as drops of their volume do (modelled; reported once)"
+            found["drops"] = Notice(text, level="info", source="fluid")
         new = {about: remark for about, remark in found.items() if about not in self._made}
         self._made |= set(new)
         return list(new.values())

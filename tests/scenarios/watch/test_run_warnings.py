@@ -8,6 +8,7 @@ import pytest
 
 from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
+from scenarios.setup.resolve import resolve
 from scenarios.setup.solids.thin_bodies import swollen_bodies
 from scenarios.watch.run_warnings import Remarks
 
@@ -73,6 +74,17 @@ def test_run_that_keeps_its_tolerances_is_not_remarked_on() -> None:
     assert said(build(scenario_from(SHELF | calm)), 10) == []
 
 
+def test_drops_that_rise_by_a_model_are_told_once() -> None:
+    """One particle of oil amid water."""
+    liquids = SHELF["phases"] | {"oil": {"density": 850.0, "dynamic_viscosity": 0.1}}
+    fill = {"all": {"shape": "block", "phase": "water", "lower": [0.0, 0.0, 0.0], "upper": [0.5, 0.5, 0.5]}}
+    fill |= {"drop": {"shape": "block", "phase": "oil", "lower": [0.2, 0.2, 0.1], "upper": [0.25, 0.25, 0.15]}}
+    tank = {"lower": [0.0, 0.0, 0.0], "upper": [0.5, 0.5, 0.8], "open": ["+z"]}
+    rising = {"fluid": {"particle_spacing": 0.05}, "bodies": {}, "phases": liquids, "tank": tank, "fill": fill}
+    told = [text for source, text in said(build(scenario_from(SHELF | rising)), 40) if source == "fluid"]
+    assert told == ["drops of a few particles rise or sink as drops of their volume do (modelled; reported once)"]
+
+
 def test_a_body_too_thin_for_its_particles_is_told() -> None:
     # 2 cm of aluminium, which the fluid takes for 5 but at its rim
     sheet = {"shape": "box", "size": [0.2, 0.2, 0.02], "density": 2700.0, "position": [0.2, 0.25, 0.5]}
@@ -92,7 +104,7 @@ def test_a_boom_of_thin_segments_is_told_once() -> None:
         "rock": 1.0,
     }
     remarks = Remarks(
-        scenario_from(SHELF), None, {}, swollen_bodies(swelling, dict.fromkeys(swelling, "a particle"), 0.05)
+        resolve(scenario_from(SHELF)), None, {}, swollen_bodies(swelling, dict.fromkeys(swelling, "a particle"), 0.05)
     )
     main, other = remarks.look(None)
     assert main.source == "thin boom/main/segment-00"
