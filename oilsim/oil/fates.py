@@ -23,7 +23,7 @@ CAUSES = tuple(cause.name.lower() for cause in LossCause)
 
 
 class Fate(IntEnum):
-    """Where a litre of oil is; a fate of `LOST` plus a `LossCause` is that of oil which a boom has lost by that cause.
+    """The place of a litre of oil; a fate of `LOST` plus a `LossCause` is that of oil which a boom has lost by that cause.
 
     AFLOAT: at large, held by no boom and lost by none. CONTAINED: a boom holds it. STRANDED: ashore, or on a hull. RECOVERED: a skimmer has
     collected it. EVAPORATED: in the air; oil is weathered before it is spilled, so none evaporates in a run. LEFT_THE_DOMAIN: it has left
