@@ -20,7 +20,7 @@ from scenarios.schema.parsing.structuring import spellings
 
 @dataclass(frozen=True)
 class Control:
-    """An entry that may be changed in a run: its key in the scenario file, with ``*`` for a name or a number, and the setter that puts it into effect.
+    """An entry that a run may change: its key in the file, with ``*`` for a name or a number, and the setter that puts it into effect.
 
     driven: whether a signal may set it at every communication point, if it is a number there.
     """
