@@ -230,7 +230,7 @@ SeaWind = SteadySeaWind | FileSeaWind
 
 @dataclass(frozen=True, kw_only=True)
 class SeaSettings(Section):
-    """How undisturbed water moves, by formulas; one that is left out of waves, current and wind is calm.
+    """The motion of undisturbed water, by formulas; one that is left out of waves, current and wind is calm.
 
     depth        [m] of the still water; by default that of the water in the tank
     level        [m] height of the still water; by default that of the water at the start
