@@ -7,11 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from recordings.files.errors import RecordingError
+    from recordings.pictures.picture import draw_picture
     from recordings.replay.recording import Replay
     from recordings.sink.recorder import Recorder
 
-__all__ = ["Recorder", "RecordingError", "Replay"]
-_HOMES = {"Recorder": "sink.recorder", "RecordingError": "files.errors", "Replay": "replay.recording"}
+__all__ = ["Recorder", "RecordingError", "Replay", "draw_picture"]
+_HOMES = {
+    "Recorder": "sink.recorder",
+    "RecordingError": "files.errors",
+    "Replay": "replay.recording",
+    "draw_picture": "pictures.picture",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -156,12 +156,16 @@ class FluidWorld:
             self.remove_body(body)
         self._detached = True
 
+    def meets(self, body: int, link: int = -1) -> bool:
+        """Tell whether a link meets the fluid."""
+        return (body, link) in self._handles
+
     def wrench(self, body: int, link: int = -1) -> Array:
         """Return the fluid's wrench (6,) on a link, the mean over the last step: force [N], and torque about its centre of mass [N m].
 
         Raises ValueError for a link that does not meet the fluid.
         """
-        if (body, link) not in self._handles:
+        if not self.meets(body, link):
             met = ", ".join(map(link_name, self._handles)) or "none"
             raise ValueError(f"link {link} of body {body} does not meet the fluid, allowed (body/link): {met}")
         return self._links.wrench((body, link))

@@ -26,7 +26,7 @@ def watch(
     basin: Basin | None = None,
     name: str = "pybullet world",
 ) -> WatchedWorld:
-    """Watch the named bodies of a `FluidWorld`: unique ids, or pairs of id and link.
+    """Watch the named bodies of a `FluidWorld`: unique ids, or pairs of id and link; one that does not meet the fluid has a wrench of 0.
 
     basin: the tank, from which the still level follows; None if checks state the level. Step the result instead of the world. Raises
     ValueError for a body that does not exist or has no collision shape.
@@ -118,7 +118,7 @@ class WatchedWorld(TestRun):
             orientation=np.array(orientation),
             linear_velocity=linear,
             angular_velocity=angular,
-            wrench=self.world.wrench(*key),
+            wrench=self.world.wrench(*key) if self.world.meets(*key) else np.zeros(6),
         )
 
     def _velocity(self, key: LinkKey) -> tuple[Array, Array]:

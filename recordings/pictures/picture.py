@@ -119,6 +119,7 @@ MOMENTS = 3
 _DIAGRAMS = 3
 _TITLE_SIZE, _TITLE_LETTERS = 19.0, 80  # letters of that size that fit above the picture
 _ORDERS_OF_INJECTS = "injects"  # source of orders that the text of an inject says in words
+_AS_PLANNED = ("", "completed", "finished")  # reasons of an end that need no words
 _SCENE_WIDTH = 930  # [pixels], 1.5 times as many as shown
 
 
@@ -145,9 +146,11 @@ def draw_picture(recording: str | Path, picture: str | Path) -> None:
         scenes = outer[0].subgridspec(1, len(moments), wspace=0.03)
         for column, (moment, image) in enumerate(zip(moments, images, strict=True)):
             _show_scene(figure.add_subplot(scenes[column]), moment, image)
-        below = outer[1].subgridspec(1, 2, width_ratios=[1.15, 1.0], wspace=0.13)
+        has_series = bool(replay.events or _diagrams(replay))
+        below = outer[1].subgridspec(1, 1 + has_series, width_ratios=[1.15, 1.0][: 1 + has_series], wspace=0.13)
         draw_map(figure.add_subplot(below[0]), replay, moments)
-        _draw_series(figure, below[1], replay, moments)
+        if has_series:
+            _draw_series(figure, below[1], replay, moments)
         figure.savefig(picture)
 
 
@@ -164,20 +167,15 @@ def _draw_title(figure: Figure, replay: Replay) -> None:
     size = _TITLE_SIZE * min(1.0, _TITLE_LETTERS / max(len(title), 1))
     figure.text(0.045, 0.965, title, fontsize=size, fontweight="bold", va="center")
     counts = ", ".join(f"{phase.name} {phase.rest_density:g} kg/m³" for phase in run.phases)
-    facts = [run.name, counts, _detail(run)]
+    facts = [run.name if title != run.name else "", counts, _detail(run)]
     figure.text(0.045, 0.935, "  ·  ".join(fact for fact in facts if fact), fontsize=11, va="center", color="#5c6b76")
-    if replay.end_reason and replay.end_reason != "completed":
+    if replay.end_reason not in _AS_PLANNED:
         figure.text(0.985, 0.965, replay.end_reason, fontsize=11, va="center", ha="right", color="#c23030")
 
 
 def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Sequence[Moment]) -> None:
     """Draw the events, and up to three diagrams over simulated time."""
-    told = {name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)}
-    plots = plots_with_series(replay.run.plots, list(replay.scalars))
-    showing = [(title, [name for name in names if name in told]) for title, names in plots.items()]
-    showing = [(title, names) for title, names in showing if names]
-    moved = [one for one in showing if any(np.any(replay.scalars[name].value != 0.0) for name in one[1])]
-    chosen = (moved or showing)[:_DIAGRAMS]
+    chosen = _diagrams(replay)
     events = [event for event in replay.events if event.source != _ORDERS_OF_INJECTS]
     heights = [EVENT_ROW] * bool(events) + [1.0] * len(chosen)
     if not heights:
@@ -204,6 +202,16 @@ def _draw_series(figure: Figure, place: SubplotSpec, replay: Replay, moments: Se
         for event in events:
             axes.axvline(event.time, color=EVENT_COLORS[event.level], linewidth=0.9, linestyle=":")
     rows[-1].set_xlabel("simulated time [s]")
+
+
+def _diagrams(replay: Replay) -> list[tuple[str, list[str]]]:
+    """Choose up to three diagrams, by title and names of series: those in which something happens, if there are any."""
+    told = {name for name, series in replay.scalars.items() if "/" not in name or np.any(series.value != 0.0)}
+    plots = plots_with_series(replay.run.plots, list(replay.scalars))
+    showing = [(title, [name for name in names if name in told]) for title, names in plots.items()]
+    showing = [(title, names) for title, names in showing if names]
+    moved = [one for one in showing if any(np.any(replay.scalars[name].value != 0.0) for name in one[1])]
+    return (moved or showing)[:_DIAGRAMS]
 
 
 def _largest(replay: Replay, names: Sequence[str]) -> float:

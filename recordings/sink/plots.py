@@ -11,6 +11,7 @@ OIL_PLOTS: Mapping[str, tuple[str, ...]] = {
 }
 HANDLING_PLOTS: Mapping[str, tuple[str, ...]] = {
     "Tow tension [N]": ("tow_tension/**",),
+    "Tension [N]": ("tension/**",),
     "Largest lean of the skirt [rad]": ("skirt_angle",),
     "Gap ratio [-]": ("gap_ratio",),
 }

@@ -20,7 +20,9 @@ PAGES = [
     ROOT / "tests" / "validation" / "README.md",
     *sorted(DOCS.rglob("*.md")),
 ]
-FILE = re.compile(r"(?<![\w/.-])(?:oilsim|coupling|booms|vessels|recordings|scenarios|tests|docs)(?:/[\w.-]+)+")
+FILE = re.compile(
+    r"(?<![\w/.-])(?:oilsim|coupling|booms|vessels|recordings|scenarios|tests|docs|examples)(?:/[\w.-]+)+"
+)
 MODULE = re.compile(
     r"(?<![\w/.-])(?:oilsim|coupling|recordings|scenarios|tests)(?:\.\w+)+"
 )  # signals begin with vessels, booms
