@@ -14,7 +14,7 @@ import pytest
 from recordings.files.checkpoint import state_hash
 from scenarios.conduct.commands import Command, settings_of
 from scenarios.controls.table import CONTROLS, KEYS, Control, driven_entries, matches
-from scenarios.load import scenario_from
+from scenarios.load import library_paths, scenario_from
 from scenarios.running.assembly import build
 from scenarios.running.exercise_fmu import ExerciseParticipant
 from scenarios.running.plan import Plan
@@ -100,6 +100,10 @@ place = [-35.0, 12.0]
 """
     + SEA
 )
+IRREGULAR = ALONE.replace(
+    '"regular"\nheight = 0.2\nperiod', '"jonswap"\ncount = 20\nsignificant_height = 0.2\npeak_period'
+)
+SLIP = library_paths()["launch-from-slip"].read_text(encoding="utf-8")
 REEL = (Path(__file__).parents[1] / "setup" / "off_the_reel.toml").read_text(encoding="utf-8")
 
 
@@ -139,6 +143,8 @@ TRIALS = (
     Trial("moorings.stern.parted=true", ALONE, starts=True),
     Trial("moorings.stern.hauled=0.25", ALONE, starts=True),
     Trial("moorings.stern.holding=1.0", ALONE),
+    Trial("ties.brake.hauled=-0.25", SLIP, starts=True),
+    Trial("ties.brake.parted=true", SLIP),
     Trial("skimmers.brush.running=false", ALONE, starts=True),
     Trial("skimmers.brush.nameplate=10.0", ALONE, starts=True),
     Trial("skimmers.brush.storage=0.001", ALONE, starts=True),
@@ -150,10 +156,11 @@ TRIALS = (
     Trial("sea.wind.direction=1.5", ALONE),
     Trial("sea.wind.gust_intensity=0.3", ALONE),
     Trial("sea.waves.height=0.4", ALONE),
+    Trial("sea.waves.significant_height=0.4", IRREGULAR),
     Trial("emitters.leak.speed=0.25", ALONE, starts=True),
 )
-# Ties are tried with two booms (test_ties), injects as a way in; heights of irregular waves go the way of others.
-ELSEWHERE = {"ties.*.parted", "ties.*.made_fast", "ties.*.hauled", "injects.*.given", "sea.waves.significant_height"}
+# A tie is made fast by a crew within its reach (test_ties), and an inject is a way in itself.
+ELSEWHERE = {"ties.*.made_fast", "injects.*.given"}
 
 
 def looped(plan: Plan, setting: str | None = None, at: int = 0) -> str:
