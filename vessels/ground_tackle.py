@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from coupling.multibody.mooring_leg import Anchor, LegPart
+from coupling.multibody.ground_tackle import Anchor, LegPart
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.core.quantity import quantity, require
 

@@ -69,7 +69,7 @@ def clarke_derivatives(form: HullForm) -> SteeringDerivatives:
 
 
 class HullForces:
-    """The forces of one hull under way."""
+    """The forces of one hull under way, and its `loads` in the sea."""
 
     def __init__(self, hull: Hull, skeg_area: float = 0.0) -> None:
         """Prepare the forces of a hull with a skeg of `skeg_area` [m2]."""
@@ -85,7 +85,8 @@ class HullForces:
         self.density = hull.water_density
         self._steering = clarke_derivatives(self.form)
         self._wetted = wetted_area(hull)
-        carried = np.sum([part.added_mass for part in hull_loads(hull).parts], axis=0)
+        self.loads = hull_loads(hull)
+        carried = np.sum([part.added_mass for part in self.loads.parts], axis=0)
         self._surge, self._sway = float(carried[0]), float(carried[1])
 
     def resistance(self, speed: float) -> float:

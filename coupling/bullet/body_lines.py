@@ -10,8 +10,9 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.engine_step import Body
+from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.multibody.lines import ElasticLine, Line, Lines, stiffest
-from coupling.multibody.mooring_leg import Anchor, LegPart, MooringLeg
+from coupling.multibody.mooring_leg import MooringLeg
 from coupling.multibody.prescribed_motion import Vector
 from coupling.multibody.rigid_state import RigidBodyState
 from coupling.multibody.step_length import SHORTEST

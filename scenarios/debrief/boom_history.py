@@ -185,7 +185,9 @@ def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
         held_speed=np.stack([segment.held_speed[:count] for segment in segments], axis=1),
         held_peak=worst.get("normal_speed_held", still),
         oil=_beginning_with("oil_", series),
-        spilled=_on(clock.index[:count], replay.scalars["oil/spilled"], "oil_spilled"),
+        spilled=_on(clock.index[:count], spilled, "oil_spilled")
+        if (spilled := replay.scalars.get("oil/spilled"))
+        else still,
         losses=Losses(*(_last_above_zero(series.get(f"{name}_loss_speed", still)) for name in ("first", "gross"))),
         tow_speed=series.get("tow_speed", still),
         series={name.removeprefix(prefix): one for name, one in replay.scalars.items()},

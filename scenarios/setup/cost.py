@@ -21,7 +21,6 @@ from scenarios.problems import Problem, ScenarioError
 from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
-from scenarios.setup.at_sea.afloat import left_out as left_out_of
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 from scenarios.setup.resolve import RunSpec, deep_to_the_floor, resolve
@@ -109,7 +108,7 @@ def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
 def estimate(scenario: Scenario) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
     scenario = resolve(scenario)
-    missing = (*left_out_of(scenario), *never_comes(scenario))
+    missing = (*scenario.left_out_in_words, *never_comes(scenario))
     require_memory(scenario)
     positions, left_out, solids, level = _start(scenario)
     particles = dict.fromkeys(scenario.phases, 0)

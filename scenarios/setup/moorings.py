@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from booms.deployment import BoomLayout, PlacedLine, lay_aground
 from booms.equilibrium import HangingBoom, Tie, tied_lines
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from coupling.multibody.mooring_leg import Anchor, LegPart
+from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.participants.plan_barriers import Beach
 from scenarios.problems import Problem
 from scenarios.schema.exercise import body_of

@@ -61,6 +61,12 @@ class RunSpec(Scenario):
         return () if self.tank is None else (self.tank,)
 
     @property
+    def left_out_in_words(self) -> tuple[str, ...]:
+        """A warning about the entries of the file that no part of the run feels; empty where all are felt."""
+        told = "without a tank, oil is a slick of parcels, and the sea is formulas, so {} is left out"
+        return (told.format(", ".join(self.left_out)),) if self.left_out else ()
+
+    @property
     def coarsest_spacing(self) -> float | None:
         """Largest spacing [m] of particles that bodies may meet; None without any."""
         return max(

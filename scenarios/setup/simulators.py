@@ -18,7 +18,6 @@ from oilsim import Fluid
 from oilsim.fluid.views import JointReadings
 from scenarios.problems import problems_of
 from scenarios.schema.exercise import body_of
-from scenarios.setup.at_sea.afloat import left_out
 from scenarios.setup.boom_remarks import boom_remarks
 from scenarios.setup.fleet import Fleet
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
@@ -114,7 +113,7 @@ def build_simulators(scenario: RunSpec) -> Simulators:
         else {},
         notes=(
             *(note for solid in solids for note in solid.notes),
-            *left_out(scenario),
+            *scenario.left_out_in_words,
             *air_remarks(scenario, layout.positions),
             *interface_remarks(scenario, layout.positions),
         ),
@@ -169,7 +168,7 @@ def _told(scenario: RunSpec, layout: Layout, windows: Mapping[str, Window]) -> t
 
     borne = windows, layout.fleet.booms, scenario.window
     mended = (note for solid in layout.solids for note in solid.notes)
-    notes = (*mended, *left_out(scenario), *window_remarks(scenario, layout.sea), *booms_in_rims(*borne))
+    notes = (*mended, *scenario.left_out_in_words, *window_remarks(scenario, layout.sea), *booms_in_rims(*borne))
     return notes, (*window_facts(scenario), *segments_borne(*borne))
 
 

@@ -28,20 +28,12 @@ if TYPE_CHECKING:
     from scenarios.setup.fleet import Fleet
     from scenarios.setup.solids.placed_solids import Solid
 
-LEFT_OUT = "without a tank, oil is a slick of parcels, and the sea is formulas, so {} is left out"
-
-
 # [m] thickness of the ground in pictures
 THICKNESS = 0.5
 # times that its sides are halved; numerical; a picture leaves out triangles that reach behind the camera
 HALVINGS = 4
 # red, green, blue, opacity of sand in pictures
 SAND = (196, 178, 138, 255)
-
-
-def left_out(spec: RunSpec) -> tuple[str, ...]:
-    """Say what of the scenario's file no part of the run feels; empty where all of it is felt."""
-    return (LEFT_OUT.format(", ".join(spec.left_out)),) if spec.left_out else ()
 
 
 def load_bodies(world: RigidBodyWorld, scenario: RunSpec, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
@@ -89,7 +81,8 @@ def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
         model = segment_loads(layout.segment, layout.boom)
         yield from ((segment.name, model) for segment in layout.segments)
     for vessel in fleet.vessels:
-        model, above = hull_loads(vessel.hull), vessel.superstructure
+        forces, above = vessel.hull_forces, vessel.superstructure
+        model = hull_loads(vessel.hull) if forces is None else forces.loads
         if above is not None and above.area > 0.0:
             model = with_superstructure(model, above.area, above.drag_coefficient, above.center)
         yield body_of(vessel.name), model

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.multibody.catenary import distance_under, pull_of, shape_of, span_of
-from coupling.multibody.mooring_leg import Anchor, LegPart
+from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.solids.bodies import box, mass_properties
 
 RIGID = 1e13  # [N], a stiffness that gives nothing
