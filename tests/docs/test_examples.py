@@ -15,7 +15,16 @@ from PIL import Image
 from tests.docs.guide import DOCS, ROOT
 
 SCRIPTS = {path.stem: path for path in sorted((ROOT / "examples").glob("*.py"))}
-SLOW = ("arm_that_pours", "boat_with_thrusters", "boom_in_current", "fmu_in", "fmu_out")  # over 5 s
+SLOW = (
+    "arm_that_pours",
+    "boat_with_thrusters",
+    "boom_in_current",
+    "fault_test",
+    "fmu_in",
+    "fmu_out",
+    "moored_buoy",
+    "water_in_pybullet",
+)  # over 5 s
 LEARNT = re.compile(r": ([-\d.]+)[^;]*; [^:]+: ([-\d.]+).* within ([\d.]+)")
 LONGEST = 75  # lines of a script
 LARGEST = 60_000  # bytes of a picture in the documentation

@@ -119,6 +119,7 @@ def test_trouble_in_a_step_is_told_by_name(built: Callable[[str], Path], trouble
         run_of(IsolatedFmu("one", built(trouble), step_patience=2.0), 6)
 
 
+@pytest.mark.slow
 def test_a_stop_is_heeded_while_an_fmu_hangs(built: Callable[[str], Path]) -> None:
     run = CoSimulation([IsolatedFmu("one", built("hang"))], [], 0.06)
     run.initialize()

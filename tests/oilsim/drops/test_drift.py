@@ -84,7 +84,10 @@ def risen(fluid: Fluid, phase: str, speed: float, way: float) -> float:
     return (height(fluid, phase) - first) / (0.7 * way / speed)
 
 
-@pytest.mark.parametrize(("dimension", "count"), [(2, 1), (2, 4), (2, 9), (3, 1), (3, 8), (3, 32)])
+@pytest.mark.parametrize(
+    ("dimension", "count"),
+    [(2, 1), (2, 4), (2, 9), (3, 1), *(pytest.param(3, count, marks=pytest.mark.slow) for count in (8, 32))],
+)
 def test_clusters_rise_as_drops_of_their_volume(dimension: int, count: int) -> None:
     """20 clusters in the plane, and 9 in space, of some 7 places each: the draws scatter the mean of single ones by 9 and 13 %."""
     fluid = with_clusters(count, dimension, wide=240 if dimension == 2 else 24, high=24, phases=(WATER, OIL))

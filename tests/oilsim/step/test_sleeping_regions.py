@@ -205,6 +205,7 @@ def test_restored_fluid_continues_bit_for_bit(moment):
     assert 0 < fluid.state.asleep == other.state.asleep
 
 
+@pytest.mark.slow
 def test_any_number_of_threads_gives_the_same_bits():
     ends = []
     for threads in (1, 2):

@@ -69,6 +69,7 @@ def test_failing_test_leaves_recording_checkpoint_and_picture(pytester: pytest.P
     assert "data:image/png;base64" in Path("report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_what_tests_leave_goes_into_the_folder_that_is_asked_for(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(FAILING)
     run_apart(pytester, "-k", "still", "--oilsim-record=always", "--oilsim-output=kept/here").assert_outcomes(passed=1)

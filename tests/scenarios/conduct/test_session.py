@@ -90,6 +90,7 @@ def conduct(folder: Path, monkeypatch: pytest.MonkeyPatch, act: Callable[[Conduc
     asyncio.run(run())
 
 
+@pytest.mark.slow
 def test_a_mark_is_gone_back_to_in_the_run_that_set_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From a branch that has not come so far, too; and the past that is shown is that run's."""
 
@@ -116,6 +117,7 @@ def test_a_mark_is_gone_back_to_in_the_run_that_set_it(tmp_path: Path, monkeypat
     conduct(tmp_path, monkeypatch, act)
 
 
+@pytest.mark.slow
 def test_of_two_who_go_back_at_once_one_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where a debrief is wanted at the same time: one run at most writes a recording."""
 

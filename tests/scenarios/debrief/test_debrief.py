@@ -215,6 +215,7 @@ def test_a_trainers_own_limits(history: BoomHistory, tmp_path: Path) -> None:
     assert judged.letter == "A"
 
 
+@pytest.mark.slow
 def test_a_trial_has_speeds_and_no_grade(recording: Path, history: BoomHistory, tmp_path: Path) -> None:
     """A boom that is tried is rated, not its crew; a criterion that a trainer adds counts all the same."""
     trial = replace(history, boom=replace(BOOM, deployment="trial"))

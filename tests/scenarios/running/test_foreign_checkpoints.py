@@ -126,7 +126,7 @@ def one_of(value: float) -> Callable[[np.ndarray], np.ndarray]:
     return lambda values: np.concatenate([values.ravel()[:-1], [value]]).astype(values.dtype).reshape(values.shape)
 
 
-FLUID, BODIES = "simulation/participants/fluid/fluid", "simulation/participants/bodies/arrays"
+FLUID, BODIES = "simulation/participants/fluid/fluid", "simulation/participants/bodies/world/arrays"
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,6 @@ FLUID, BODIES = "simulation/participants/fluid/fluid", "simulation/participants/
         *((f"{FLUID}/state/{name}", one_of(math.nan)) for name in ("position", "velocity")),
         (f"{FLUID}/state/phase", one_of(255)),
         *((f"{FLUID}/state/id", change) for change in (filled(7), one_of(2**32 - 1))),
-        (f"{FLUID}/lists/position", half),
         (f"{BODIES}/pose", half),
         (f"{BODIES}/pose", one_of(math.nan)),
     ],

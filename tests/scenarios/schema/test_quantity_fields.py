@@ -66,7 +66,7 @@ def small(**changes: Any) -> Scenario:
         (lambda: small(phases={1: PhaseSettings(oil="brent")}), "phases", "a table of names"),
         (lambda: small(name=5), "name", "is 5, allowed: text in quotes"),
         (lambda: small(run={"duration": 1.0}), "run", "allowed: RunSettings"),
-        (lambda: small(tank=None), "tank", "is None, allowed: Tank"),
+        (lambda: small(fluid=None), "fluid", "is None, allowed: FluidSettings"),
     ],
 )  # fmt: skip
 def test_what_is_not_of_its_kind_is_refused(make: Callable[[], object], path: str, part: str) -> None:

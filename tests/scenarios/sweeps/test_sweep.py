@@ -188,6 +188,7 @@ def test_stop_ends_the_sweep_and_the_next_one_goes_on(tmp_path: Path, monkeypatc
     assert [row["ended"] for row in rows(tmp_path)] == ["completed", "completed"]
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_is_told_and_the_rest_is_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
