@@ -125,7 +125,7 @@ def _inset_block(fill: BlockFill, spacing: float, dimension: int) -> Array:
 def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
     """Return positions (N, 3) [m] by region, as `placed_regions` does; ScenarioError for a region without a particle."""
     placed = placed_regions(regions, tank, spacing, dimension)
-    problems = list(empty_regions(placed, spacing))
+    problems = list(empty_regions(regions, placed, tank, spacing, dimension))
     if problems:
         raise ScenarioError(problems)
     return placed
@@ -171,10 +171,29 @@ def within(points: Array, lower: Array, upper: Array) -> NDArray[np.intp]:
     return found
 
 
-def empty_regions(placed: Mapping[str, Array], spacing: float) -> Iterator[Problem]:
-    """Yield a problem for each region without a particle, from positions (N, 3) [m] by region; spacing [m]."""
-    text = f"has no particle at fluid.particle_spacing = {spacing:g} m, allowed: a larger region, or a smaller spacing"
-    yield from (Problem(f"fill.{name}", text) for name, points in placed.items() if len(points) == 0)
+def empty_regions(
+    regions: Mapping[str, Fill], placed: Mapping[str, Array], tank: Tank, spacing: float, dimension: int
+) -> Iterator[Problem]:
+    """Yield a problem for each region without a particle: it is too small, or regions that come later cover it.
+
+    placed: positions (N, 3) [m] by region; spacing [m].
+    """
+    for number, (name, fill) in enumerate(regions.items()):
+        if len(placed[name]):
+            continue
+        points = region_points(fill, tank, spacing, dimension)
+        later = [other for other in list(regions)[number + 1 :] if regions[other].inside == fill.inside]
+        covers = [f"fill.{other}" for other in later if _covers_some(placed[other], points, spacing)]
+        if covers:
+            text = f"is covered by {' and '.join(covers)}, which comes later; allowed: the other order, or places of its own"
+        else:
+            text = f"has no particle at fluid.particle_spacing = {spacing:g} m, allowed: a larger region, or a smaller spacing"
+        yield Problem(f"fill.{name}", text)
+
+
+def _covers_some(points: Array, others: Array, spacing: float) -> bool:
+    """Tell whether some of the `others` (M, 3) [m] have to give way to points (N, 3) [m]."""
+    return bool(len(points) and len(others) and len(_away_from(points, others, TOO_NEAR * spacing)) < len(others))
 
 
 def misfits(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, str]:

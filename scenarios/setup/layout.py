@@ -61,7 +61,7 @@ def lay_out(scenario: RunSpec) -> Layout:
     """Place liquid and bodies; ScenarioError with every problem."""
     fluid, problems = scenario.fluid, list[Problem]()
     regions = placed_regions(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension)
-    problems += empty_regions(regions, fluid.particle_spacing)
+    problems += empty_regions(scenario.fill, regions, scenario.domain, fluid.particle_spacing, fluid.dimension)
     scenario = replace(scenario, sea=deep_to_the_floor(scenario, water_level(scenario, regions)))
     level = scenario.sea.level or 0.0
     own = own_solids(scenario, problems)

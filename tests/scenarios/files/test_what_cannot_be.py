@@ -37,6 +37,11 @@ from scenarios.cli import main
             "or a smaller spacing",
         ),
         (
+            "two-layer",
+            ["fill.more={shape='slab', phase='water', bottom=0.0, top=0.5}"],
+            "fill.oil is covered by fill.more, which comes later; allowed: the other order, or places of its own",
+        ),
+        (
             "floating-box",
             ["bodies.box.position=[0, 0, -50]"],
             "bodies.box has body 'box' outside the tank at the start, by 50.2 m, allowed: inside it",
