@@ -41,6 +41,8 @@ LARGEST = 18
 # [1] S' up to which a drop is modelled wholly, and from which on it is resolved; numerical; blocks of 8 have 0.22, of 27 0.43, the rims of
 # discs and balls of three spacings of radius 0.56 and more
 FADING = (0.42, 0.56)
+# [1] S from which on a particle is amid its own liquid, and S' is not looked at; numerical; the face of a body of liquid has 0.68 at most
+AMID = 0.8
 # [d] that a partner must lie ahead; numerical; beside the drop it would not rise
 LEAST_AHEAD = 0.5
 # [N/m] between liquids without a tension in the configuration; measured; crude oils on sea water have 0.01 to 0.03
@@ -141,6 +143,8 @@ def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, s
     for n in range(begin, end):
         i = chosen[n]
         partner[n] = RESTS
+        if share[i] > AMID:
+            continue
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         alike, unlike = 0, 0
         gx = gy = gz = ux = uy = uz = around = 0.0

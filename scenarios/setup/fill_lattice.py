@@ -182,7 +182,9 @@ def empty_regions(
         if len(placed[name]):
             continue
         points = region_points(fill, tank, spacing, dimension)
-        later = [other for other in list(regions)[number + 1 :] if regions[other].inside == fill.inside]
+        later = [
+            other for other in list(regions)[number + 1 :] if regions[other].inside == fill.inside and len(points) > 1
+        ]
         covers = [f"fill.{other}" for other in later if _covers_some(placed[other], points, spacing)]
         if covers:
             text = f"is covered by {' and '.join(covers)}, which comes later; allowed: the other order, or places of its own"
