@@ -178,7 +178,9 @@ class Scene(TestRun):
         self._connections += connections
 
     def _begun_simulation(self) -> CoSimulation:
-        simulation = self._coupled()
+        self._simulation = simulation = (
+            self._coupled()
+        )  # known before it begins: where that fails, it is not made again
         simulation.initialize()
         return simulation
 
