@@ -119,7 +119,7 @@ def order_of_a_step() -> None:
 
 
 def share_of_implicit_viscosity() -> None:
-    """What a step leaves of the finest shear wave, by the share theta of implicit viscosity."""
+    """The share that a step leaves of the finest shear wave, by the share theta of implicit viscosity."""
     figure, axes = plt.subplots(figsize=(5.6, 3.0))
     z = np.geomspace(0.05, 300.0, 300)
     ours = np.maximum(0.5, 1.0 - 2.0 / z)
