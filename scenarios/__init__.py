@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from scenarios.bench.scenario_run import ScenarioRun
     from scenarios.cli import main
-    from scenarios.load import load_scenario
     from scenarios.running.assembly import build
+    from scenarios.spec.load import load_scenario
 
 __all__ = ["ScenarioRun", "build", "load_scenario", "main"]
-_HOMES = {"ScenarioRun": "bench.scenario_run", "build": "running.assembly", "load_scenario": "load", "main": "cli"}
+_HOMES = {"ScenarioRun": "bench.scenario_run", "build": "running.assembly", "load_scenario": "spec.load", "main": "cli"}
 
 
 def __getattr__(name: str) -> Any:

@@ -14,8 +14,7 @@ from collections.abc import MutableSequence, Sequence
 
 from recordings.files.errors import RecordingError
 from scenarios.commands import catalogs, check, conduct, export, fmu, order, playback, run, shipped, sweep
-from scenarios.exit_codes import BAD_INPUT, DONE, INTERRUPTED
-from scenarios.problems import ScenarioError
+from scenarios.text.problems import BAD_INPUT, DONE, INTERRUPTED, ScenarioError
 
 REGISTER = (
     shipped.register_list, shipped.register_new, catalogs.register_oils, catalogs.register_booms, check.register, run.register,

@@ -11,8 +11,8 @@ import pybullet
 import pybullet_data
 
 from coupling.participants.fluid import FluidParticipant
-from scenarios.load import load_scenario
 from scenarios.running.assembly import build
+from scenarios.spec.load import load_scenario
 from tests.docs.guide import DOCS, write_files
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")

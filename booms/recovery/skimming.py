@@ -13,8 +13,8 @@ from booms.recovery.skimmer import Skimmer, SkimmerDesign
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.multibody.rotations import rotation_matrices
 from coupling.participants.slick import SlickParticipant
+from oilsim.slick.merging import rows_within
 from oilsim.slick.parcels import ParcelState
-from oilsim.slick.recovery import rows_within
 
 Array = NDArray[np.float64]
 

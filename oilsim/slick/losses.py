@@ -3,7 +3,8 @@
 Each pool owes the rates of its closures times the step, cause by cause. Once it owes a cause as much as the settings' `loss_volume`, held
 oil next to the boom goes: a parcel as a whole, or a part split off a larger one. It appears behind the segment and drifts on, as lost by
 that cause. A pool never owes more than it holds: the next one of its boom takes the rest over.
-Volumes that are owed but have not gone yet count as held.
+Volumes that are owed but have not gone yet count as held. Where a joint of a boom has parted, oil passes between the two ends that are free
+now, and is lost through that joint.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from oilsim.backend.jit import EXACT
 from oilsim.oil.fates import LossCause
 from oilsim.oil.ledger import by_cause
 from oilsim.slick.barriers import Barriers
-from oilsim.slick.crossing import beside, resting_sweep
+from oilsim.slick.crossing import beside, first_crossings, opening_sweep, resting_sweep
 from oilsim.slick.loss_rate import Pools
-from oilsim.slick.parcels import NONE, Parcels, ParcelState, sums
-from oilsim.slick.pooling.pools import pool_of
+from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows, sums
+from oilsim.slick.pools import pool_of
 
 Array = NDArray[np.float64]
 
@@ -171,3 +172,21 @@ def next_pool(pool, able, following, preceding):
             if segment >= 0 and able[2 * segment + pool % 2]:
                 return 2 * segment + pool % 2
     return NONE
+
+
+def lose_through_openings(parcels: Parcels, barriers: Barriers, losses: Losses, rows: Rows, target: Array) -> None:
+    """Count the parcels of rows (M,) that go to `target` (M, 2) [m] through an opening as lost, unless they are so already.
+
+    Particles of a window stay particles, and count as carried past, too.
+    """
+    joints = np.flatnonzero(barriers.parted)
+    if not len(joints):
+        return
+    met = first_crossings(parcels.position_of(rows), target, opening_sweep(barriers))
+    passing = (met.segment >= 0) & (parcels.cause[rows] == NONE)
+    lost, segment = rows[passing], joints[met.segment[passing]]
+    resolved = parcels.state[lost] == ParcelState.RESOLVED
+    np.add.at(losses.gone[LossCause.THROUGH], segment, parcels.volume[lost])
+    np.add.at(losses.carried[LossCause.THROUGH], segment[resolved], parcels.volume[lost[resolved]])
+    parcels.mark_lost(lost, int(LossCause.THROUGH), barriers.owner[segment], carried=resolved)
+    parcels.state[lost[~resolved]] = ParcelState.LOST

@@ -15,13 +15,13 @@ from oilsim.core.quantity import quantity, require
 from oilsim.oil.ledger import OilRows, rows_of
 from oilsim.slick.barriers import Barrier, Barriers, Immersion
 from oilsim.slick.crossing import beside, first_crossings, moving_sweep, resting_sweep
+from oilsim.slick.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.loss_rate import LossRate, Pools, no_loss
-from oilsim.slick.losses import Losses
-from oilsim.slick.merging import merge_parcels
+from oilsim.slick.losses import Losses, lose_through_openings
+from oilsim.slick.merging import merge_parcels, oil_within, recover
 from oilsim.slick.oil import Oil
-from oilsim.slick.openings import lose_through_openings
 from oilsim.slick.parcels import Parcels, ParcelState, Rows
-from oilsim.slick.pooling.pools import (
+from oilsim.slick.pools import (
     arrange,
     hold,
     lose_around_ends,
@@ -31,8 +31,6 @@ from oilsim.slick.pooling.pools import (
     slide,
     sustain,
 )
-from oilsim.slick.recovery import oil_within, recover
-from oilsim.slick.spreading.gradient_flow import Liquids, cell_size, spread
 from oilsim.slick.stranding import carry_stranded, nearest_water, strand, strand_held
 from oilsim.slick.surface_flow import SurfaceFlow
 

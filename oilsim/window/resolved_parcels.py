@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Barriers
 from oilsim.slick.crossing import first_crossings, moving_sweep
-from oilsim.slick.openings import lose_through_openings
+from oilsim.slick.losses import lose_through_openings
 from oilsim.slick.parcels import NONE, Rows
 from oilsim.slick.slick import Slick
 

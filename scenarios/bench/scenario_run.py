@@ -16,13 +16,13 @@ from coupling.testkit.faults import FaultPlan
 from coupling.testkit.readings import basin_of
 from coupling.testkit.run import TestRun, turnover
 from recordings.model.frame import Frame
-from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, run_state
 from scenarios.running.plan import Plan
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import RunRequests
-from scenarios.scenario import Scenario
+from scenarios.spec.load import load_scenario
+from scenarios.spec.scenario import Scenario
 
 
 class ScenarioRun(TestRun):

@@ -17,7 +17,7 @@ from coupling.testkit.run import TestRun, body_frame
 from oilsim.loads.morison import FloatingBodies
 from oilsim.sea import Sea, SeaDescription
 from recordings.model.frame import Frame, MeshDescription, RunDescription
-from scenarios.setup.at_sea.afloat import loads_of_mesh
+from scenarios.setup.at_sea.sea_loads import loads_of_mesh
 
 STEP = 0.02  # [s]
 UNRESOLVED = 1.0  # [m], stands for the spacing of a run without particles

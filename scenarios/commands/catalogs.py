@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from oilsim.core.physical_constants import POUND_FORCE
-from scenarios.exit_codes import DONE
 from scenarios.oils.properties import ZERO_CELSIUS
+from scenarios.text.problems import DONE
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -26,7 +26,7 @@ def register_booms(commands: argparse._SubParsersAction) -> None:
 
 def _booms(options: argparse.Namespace) -> int:
     from booms.catalog import catalogue
-    from scenarios.problems import Problem, ScenarioError, unknown
+    from scenarios.text.problems import Problem, ScenarioError, unknown
     from scenarios.text.terminal import terminal
 
     known = catalogue()
@@ -125,7 +125,7 @@ def _oils(options: argparse.Namespace) -> int:
         console.print(_card_of_oil(found[0], options))
         return DONE
     if not found:
-        from scenarios.problems import Problem, ScenarioError
+        from scenarios.text.problems import Problem, ScenarioError
 
         fault = f"is {text!r}, which no oil of the library has, allowed: words of a name, record, place or product, as in oilsim oils maya"
         raise ScenarioError([Problem("SEARCH", fault)], "oilsim oils")
@@ -139,8 +139,8 @@ def _oils(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> None:
     """Raise ScenarioError for a state that no phase of a scenario may have."""
-    from scenarios.problems import Problem, ScenarioError
     from scenarios.schema.liquid import PhaseSettings
+    from scenarios.text.problems import Problem, ScenarioError
 
     state = {"temperature": options.temperature, "evaporated": options.evaporated, "water_content": options.water}
     try:

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 from recordings.model.words import volume_in_words
 from scenarios.commands.options.scenario import add_scenario, overrides
-from scenarios.exit_codes import DONE
-from scenarios.problems import Problem, ScenarioError
+from scenarios.text.problems import DONE, Problem, ScenarioError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from scenarios.load import LoadedScenario
     from scenarios.setup.cost import Cost
-    from scenarios.setup.resolve import RunSpec
+    from scenarios.spec.load import LoadedScenario
+    from scenarios.spec.resolve import RunSpec
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -26,9 +25,9 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from scenarios.load import load_scenario
     from scenarios.setup.cost import estimate
-    from scenarios.setup.resolve import resolve
+    from scenarios.spec.load import load_scenario
+    from scenarios.spec.resolve import resolve
     from scenarios.text.terminal import terminal
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
@@ -45,8 +44,8 @@ def _check(options: argparse.Namespace) -> int:
 
 def _require_levels(options: argparse.Namespace, loaded: LoadedScenario) -> None:
     """Raise ScenarioError for levels of the scenario, other than the one that is checked, that could not be built or placed."""
-    from scenarios.load import load_scenario
     from scenarios.setup.cost import estimate
+    from scenarios.spec.load import load_scenario
 
     problems = list[Problem]()
     for level in loaded.scenario.levels:

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 from scenarios.commands.options.scenario import add_scenario, overrides
-from scenarios.problems import Problem, ScenarioError, reason_of
 from scenarios.running.output_paths import free_recording, unwritable
+from scenarios.text.problems import Problem, ScenarioError, reason_of
 
 
 def register(commands: argparse._SubParsersAction) -> None:
@@ -41,7 +41,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 def _conduct(options: argparse.Namespace) -> int:
     password = _password(options)
     _require_possible(options)
-    from scenarios.load import load_scenario
+    from scenarios.spec.load import load_scenario
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     from scenarios.conduct.conducted_run import Errand

@@ -6,9 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.exit_codes import DONE
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import require_apart, require_writable
+from scenarios.text.problems import DONE, Problem, ScenarioError
 
 if TYPE_CHECKING:
     from recordings.model.exercise import Site

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Literal
 
 from scenarios.commands.options.scenario import add_scenario, overrides
-from scenarios.exit_codes import DONE
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import require_apart, require_writable
+from scenarios.text.problems import DONE, Problem, ScenarioError
 
 STEP_SIZE, STOP_TIME = 0.02, 10.0  # [s], the default experiment of the FMU
 
@@ -87,9 +86,9 @@ def register_export(commands: argparse._SubParsersAction) -> None:
 
 def _export(options: argparse.Namespace) -> int:
     from coupling.fmu.export import FmuExportError, export_fmu
-    from scenarios.load import load_scenario
     from scenarios.running.exercise_fmu import exercise_content, exercise_signals
     from scenarios.running.plan import Plan
+    from scenarios.spec.load import load_scenario
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     output = options.output or Path(f"{loaded.scenario.name}.fmu")
@@ -119,7 +118,7 @@ def _signals(options: argparse.Namespace) -> int:
     from rich.table import Table
 
     from scenarios.controls.signals import signals_of
-    from scenarios.load import load_scenario
+    from scenarios.spec.load import load_scenario
     from scenarios.text.terminal import terminal
 
     scenario = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo).scenario

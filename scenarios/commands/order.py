@@ -6,8 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from scenarios.exit_codes import DONE, FAILED
-from scenarios.problems import Problem, ScenarioError
+from scenarios.text.problems import DONE, FAILED, Problem, ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.orders.client import Answer

@@ -7,9 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.exit_codes import DONE, FAILED
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import already_there, free_recording, require_apart, require_writable, unwritable
+from scenarios.text.problems import DONE, FAILED, Problem, ScenarioError
 
 if TYPE_CHECKING:
     from recordings.replay.recording import Replay

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.commands.options.scenario import add_scenario, overrides
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import free_recording
+from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.running.run import RunOptions
@@ -74,8 +74,8 @@ def _run(options: argparse.Namespace) -> int:
         raise ScenarioError(problems, "oilsim")
     if options.resume is not None:
         return _resume(options)
-    from scenarios.load import load_scenario
     from scenarios.running.run import run_scenario
+    from scenarios.spec.load import load_scenario
 
     loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
     record = None if options.no_record else options.record or free_recording(loaded.scenario.name)
@@ -88,10 +88,10 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _resume(options: argparse.Namespace) -> int:
-    from scenarios.load import load_scenario
     from scenarios.running.checkpoints import find_restart
     from scenarios.running.plan import Plan
     from scenarios.running.run import resume
+    from scenarios.spec.load import load_scenario
 
     named = source = None
     if options.scenario is not None:

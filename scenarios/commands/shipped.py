@@ -7,14 +7,13 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.exit_codes import DONE
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.output_paths import unwritable
+from scenarios.text.problems import DONE, Problem, ScenarioError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from scenarios.scenario import Scenario
+    from scenarios.spec.scenario import Scenario
 
 
 LABORATORY = "laboratory"  # group of scenarios that are no exercises
@@ -30,7 +29,7 @@ def register_list(commands: argparse._SubParsersAction) -> None:
 
 def _list(options: argparse.Namespace) -> int:
     from scenarios.commands.options.export import require_used
-    from scenarios.load import load_scenario
+    from scenarios.spec.load import load_scenario
     from scenarios.text.terminal import terminal
 
     require_used(options, {"notes": ("scenario",)})
@@ -63,7 +62,7 @@ def _list_scenarios(console: Console) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from scenarios.load import library_paths, load_scenario
+    from scenarios.spec.load import library_paths, load_scenario
 
     groups: dict[str, list[Scenario]] = {}
     for name in library_paths():
@@ -134,7 +133,7 @@ def register_new(commands: argparse._SubParsersAction) -> None:
 
 
 def _new(options: argparse.Namespace) -> int:
-    from scenarios.load import load_scenario
+    from scenarios.spec.load import load_scenario
 
     loaded = load_scenario(options.scenario)
     path = options.to or Path(f"my-{loaded.scenario.name}.toml")

@@ -75,7 +75,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
 def _require(options: argparse.Namespace) -> None:
     """Raise ScenarioError for options that do not go together."""
-    from scenarios.problems import Problem, ScenarioError
+    from scenarios.text.problems import Problem, ScenarioError
 
     found = []
     if not options.vary and not options.range:
@@ -100,8 +100,8 @@ def _require(options: argparse.Namespace) -> None:
 
 def _samples(options: argparse.Namespace) -> list[dict[str, str]]:
     """Draw the samples of the ranges; one empty sample without ranges."""
-    from scenarios.problems import Problem, ScenarioError
     from scenarios.sweeps.variants import parse_range, samples
+    from scenarios.text.problems import Problem, ScenarioError
 
     ranges = [parse_range(text) for text in options.range]
     keys = [one.key for one in ranges]

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from recordings.files.errors import RecordingError
 from scenarios.conduct.console_feed import LatestSender
-from scenarios.problems import ScenarioError
+from scenarios.text.problems import ScenarioError
 
 FLUSH = 5.0  # [s] for the last messages to a console
 
@@ -81,12 +81,12 @@ def _run(errand: Errand, sender: LatestSender) -> int:
     """Run the errand; return the exit code."""
     from recordings.sink.live import LiveView
     from scenarios.conduct.console_feed import ConsoleFeed
-    from scenarios.load import load_scenario
     from scenarios.running.assembly import Assembly
     from scenarios.running.checkpoints import find_restart
     from scenarios.running.pace import Pace
     from scenarios.running.plan import Plan
     from scenarios.running.run import RunOptions, resume, run_scenario
+    from scenarios.spec.load import load_scenario
 
     pace, quiet = Pace(errand.pace), Console(quiet=True)
 

@@ -14,12 +14,12 @@ from typing import Any
 from coupling.master.observer_dispatch import CommunicationPoint
 from recordings.model.frame import INSTRUCTOR, ORDER_SOURCES, Event, Frame, RunDescription
 from scenarios.conduct.snapshot import scene_of, state_of
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.running.instructor import GOES_ON, PAUSED
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan, settings_of
 from scenarios.running.run_loop import MARKS
+from scenarios.text.problems import ScenarioError
 
 MOST_LINES = 1000  # [1] of the log that wait for a console that stalls; the recording has all
 

@@ -33,7 +33,7 @@ from recordings.sink.viewer import WebViewer
 from scenarios.conduct.access import Access, Role
 from scenarios.conduct.commands import read_command, read_message
 from scenarios.conduct.session import Session
-from scenarios.problems import ScenarioError
+from scenarios.text.problems import ScenarioError
 
 _OTHER_NAME = {"127.0.0.1": "localhost", "localhost": "127.0.0.1"}
 PATIENCE = 30.0  # [s] that the viewer's server may take over a file

@@ -22,8 +22,8 @@ from recordings.model.exercise import BoomDescription
 from recordings.model.frame import Frame
 from recordings.model.words import CAUSE_IN_WORDS
 from scenarios.running.assembly import Assembly
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of, joint_name
+from scenarios.spec.scenario import Scenario
 from scenarios.watch.slick_oil import Spots, spots_of_slick
 from vessels.vessel import heading_of
 

@@ -13,8 +13,8 @@ from coupling.master.connection import Connection, connection_problems
 from coupling.master.participant import Variable, array_of
 from scenarios.controls.signal_board import signal_variables
 from scenarios.controls.signals import Signal
-from scenarios.problems import Problem, moved, problems_of, suggestion
 from scenarios.schema.fmu_settings import ORDER_BOARD, PREFIX, READING_BOARD, FmuSettings, connections_of
+from scenarios.text.problems import Problem, moved, problems_of, suggestion
 
 SIGNALS_SHOWN = 12  # signals that an error names
 

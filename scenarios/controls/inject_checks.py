@@ -8,13 +8,13 @@ from typing import Any, Protocol
 
 from scenarios.controls.signals import Signal, SignalTables, signals_of
 from scenarios.controls.table import KEYS, NEW_TABLES, contradictions, matches, plain_path, why_unfelt
-from scenarios.problems import Problem, ScenarioError, moved, suggestion, unknown
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import PipeEmitterSettings
 from scenarios.schema.parsing.compass import section_without_compass
 from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.structuring import as_data, structure
 from scenarios.schema.run_settings import SiteSettings
+from scenarios.text.problems import Problem, ScenarioError, moved, suggestion, unknown
 
 SIGNALS_SHOWN = 8  # signals that an error names
 

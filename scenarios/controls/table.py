@@ -12,10 +12,10 @@ from dataclasses import dataclass, is_dataclass, replace
 from fnmatch import fnmatch
 from typing import Any, Protocol
 
-from scenarios.problems import Problem
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.liquid import PhaseSettings
 from scenarios.schema.parsing.structuring import spellings
+from scenarios.text.problems import Problem
 
 
 @dataclass(frozen=True)

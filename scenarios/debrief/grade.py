@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from booms.containment import PRACTICE_SPEED
 from scenarios.debrief import measures
 from scenarios.debrief.boom_history import BoomHistory
-from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.criteria import CRITERIA_OF, LIMITS, CriterionSettings, Statistic, criteria_problems, limits_of
 from scenarios.schema.parsing.structuring import structure
+from scenarios.text.problems import Problem, ScenarioError
 from scenarios.text.toml import read_toml_file
 
 Array = NDArray[np.float64]

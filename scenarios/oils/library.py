@@ -10,7 +10,7 @@ from importlib.resources import files
 from types import MappingProxyType
 
 from scenarios.oils.properties import Measurement, OilRecord
-from scenarios.problems import suggestion
+from scenarios.text.problems import suggestion
 
 SHORT_NAMES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {

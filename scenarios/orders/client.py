@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scenarios.orders.protocol import LOOPBACK, Kind, Refused, RunCard, find_run, read_answer, request_line
-from scenarios.problems import Problem, ScenarioError
+from scenarios.text.problems import Problem, ScenarioError
 
 PATIENCE = 60.0  # [s]; a step of a large run may take long
 

@@ -28,7 +28,7 @@ from scenarios.orders.protocol import (
     runtime_folder,
     too_long,
 )
-from scenarios.problems import Problem
+from scenarios.text.problems import Problem
 
 MOST_SENDERS = 16
 MOST_WAITING = 8

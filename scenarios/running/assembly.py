@@ -28,17 +28,17 @@ from oilsim.fluid.views import JointReadings
 from recordings.model.frame import RunDescription
 from scenarios.controls.signal_board import SignalBoard
 from scenarios.controls.signals import RunParts, signals_of
-from scenarios.problems import problems_of
 from scenarios.running.run_controls import RunControls
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
-from scenarios.setup.fleet import Fleet
-from scenarios.setup.resolve import RunSpec, resolve
+from scenarios.setup.afloat.fleet import Fleet
+from scenarios.setup.at_sea.run_sea import RunSea
 from scenarios.setup.run_description import describe_run
-from scenarios.setup.run_sea import RunSea
 from scenarios.setup.simulators import Simulators, build_simulators
 from scenarios.setup.solids.placed_solids import Solid
+from scenarios.spec.resolve import RunSpec, resolve
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import problems_of
 from scenarios.watch.boom_scoring import Scoring
 from scenarios.watch.boom_strength import BoomStrength
 from scenarios.watch.coupling_series import CouplingAccount

@@ -19,12 +19,12 @@ from coupling.master.co_simulation import CoSimulation
 from recordings.files.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
 from recordings.files.errors import absence
 from recordings.files.writing import RECORDING_ENDING, held
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.running.output_paths import CHECKPOINTS_ENDING, checkpoint_folder
 from scenarios.running.plan import Plan, plan_from
-from scenarios.setup.resolve import resolve
-from scenarios.versions import versions
+from scenarios.spec.resolve import resolve
+from scenarios.text.problems import Problem, ScenarioError
+from scenarios.text.versions import versions
 
 ENDING = ".npz"
 _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bits depend

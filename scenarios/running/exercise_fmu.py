@@ -24,12 +24,12 @@ from coupling.master.participant import Participant, Status, StepResult, checked
 from scenarios.controls.fmu_checks import all_are_kept
 from scenarios.controls.signal_board import SignalBoard, signal_variables
 from scenarios.controls.signals import Signal, signals_of
-from scenarios.load import files_replaced, scenario_from
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
-from scenarios.scenario import Scenario
 from scenarios.schema.fmu_settings import ORDER_BOARD, connections_of
 from scenarios.schema.parsing.structuring import as_data
+from scenarios.spec.load import files_replaced, scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import Problem, ScenarioError
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from scenarios.controls.inject_checks import condition_signals
 from scenarios.controls.signals import RunParts
-from scenarios.scenario import Scenario
+from scenarios.spec.scenario import Scenario
 
 WHOLE = 1e-6  # of a communication step that a time may lie before a communication point; numerical
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from recordings.model.frame import INSTRUCTOR
-from scenarios.problems import Problem, ScenarioError
+from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
     from coupling.master.co_simulation import CoSimulation

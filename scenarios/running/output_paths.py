@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from recordings.files.writing import is_same_file, why_no_folder, why_unwritable
-from scenarios.problems import Problem, ScenarioError
+from scenarios.text.problems import Problem, ScenarioError
 
 CHECKPOINTS_ENDING = ".checkpoints"
 

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from scenarios.controls.table import KEYS, NEW_TABLES, contradictions, matches, plain_path, why_unfelt
-from scenarios.load import scenario_from
-from scenarios.problems import Problem, ScenarioError, moved
-from scenarios.scenario import Scenario
 from scenarios.schema.bodies import MeshBody
 from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.structuring import as_data, spellings
+from scenarios.spec.load import scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import Problem, ScenarioError, moved
 
 # Terms of a run that its course does not depend on.
 TERM_KEYS = (

@@ -16,8 +16,6 @@ from rich.table import Table
 from recordings.files.errors import RecordingError
 from recordings.files.writing import RECORDING_ENDING, held
 from recordings.model.words import cause_in_words, volume_in_words
-from scenarios.exit_codes import FAILED
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, checkpoint_writer
 from scenarios.running.instructor import Instructor
@@ -27,10 +25,11 @@ from scenarios.running.plan import Plan
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
-from scenarios.scenario import Scenario
 from scenarios.setup.cost import require_memory
 from scenarios.setup.recorder_options import grid, thinning
-from scenarios.setup.resolve import RunSpec, numbered, resolve
+from scenarios.spec.resolve import RunSpec, numbered, resolve
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import FAILED, Problem, ScenarioError
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import ProgressDisplay
 

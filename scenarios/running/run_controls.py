@@ -17,15 +17,15 @@ from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import PipeEmitter
 from scenarios.controls.table import CONTROLS, SETTERS, entries_at, with_entry
-from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import body_of
-from scenarios.setup.boom_lines import laid_out, reel_name
-from scenarios.setup.fleet import course_of, gains_of
+from scenarios.setup.afloat.boom_lines import laid_out, reel_name
+from scenarios.setup.afloat.fleet import course_of, gains_of
+from scenarios.setup.afloat.moorings import leg_name, tie_name
 from scenarios.setup.fluid import pipe_of, pipe_problems
-from scenarios.setup.moorings import leg_name, tie_name
-from scenarios.setup.resolve import RunSpec, resolve
 from scenarios.setup.simulators import Simulators
+from scenarios.spec.resolve import RunSpec, resolve
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import Problem, ScenarioError
 from scenarios.watch.boom_scoring import Scoring
 from scenarios.watch.boom_strength import BoomStrength
 from vessels.control import MACHINERY_ORDERS, ManualControl, VesselControl

@@ -15,7 +15,6 @@ from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
 from recordings.files.errors import RecordingError
 from recordings.model.frame import INJECTS, INSTRUCTOR, EventLevel
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly
 from scenarios.running.checkpoints import (
     CheckpointWriter,
@@ -30,6 +29,7 @@ from scenarios.running.injects import Injects
 from scenarios.running.instructor import Instructor
 from scenarios.running.plan import Plan
 from scenarios.running.run_requests import RunRequests
+from scenarios.text.problems import Problem, ScenarioError
 
 MARKS = "marks "  # how the text of a mark's event begins
 

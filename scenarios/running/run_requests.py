@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 from coupling.fmu.trial_process import STOPPING
-from scenarios.exit_codes import DONE
+from scenarios.text.problems import DONE
 
 STOP = (int(signal.SIGINT), int(signal.SIGTERM), int(signal.SIGHUP))
 SAVE = int(signal.SIGUSR1)

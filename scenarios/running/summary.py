@@ -16,7 +16,7 @@ from recordings.files.writing import write_whole
 from recordings.model.frame import Event, Frame, RunDescription
 from scenarios.running.assembly import Assembly
 from scenarios.running.decimated_series import EvenSample
-from scenarios.versions import versions
+from scenarios.text.versions import versions
 
 
 class SummaryObserver:

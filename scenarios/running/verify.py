@@ -18,7 +18,7 @@ from scenarios.running.assembly import build
 from scenarios.running.plan import Plan, plan_from, settings_of
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import RunRequests
-from scenarios.versions import versions
+from scenarios.text.versions import versions
 from scenarios.watch.progress import ProgressDisplay
 
 

@@ -13,8 +13,8 @@ from typing import ClassVar
 
 from oilsim.core.phases import Wetting
 from oilsim.core.quantity import quantity, quantity_of
-from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector, directed, exactly_one
+from scenarios.text.problems import Problem
 from vessels.hull_size import HullSize
 
 FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is taken for blown up, and a body may fall

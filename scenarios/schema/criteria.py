@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from oilsim.core.quantity import quantity
-from scenarios.problems import Problem, suggestion, unknown
 from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.text.problems import Problem, suggestion, unknown
 
 Deployment = Literal["sweep", "funnel", "containment", "exclusion", "diversion", "trial"]
 Statistic = Literal["end", "mean", "largest", "smallest"]

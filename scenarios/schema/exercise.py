@@ -15,11 +15,11 @@ from typing import Any, ClassVar, Literal
 from booms.boom import BoomDesign
 from booms.catalog import catalogue
 from oilsim.core.quantity import quantity, quantity_of
-from scenarios.problems import Problem, ScenarioError, unknown
 from scenarios.schema.bodies import crosses_itself
 from scenarios.schema.boom_parts import PocketSettings, ReelSettings, from_catalogue
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.text.problems import Problem, ScenarioError, unknown
 from vessels.course import CourseLeg
 from vessels.drive import Drive
 from vessels.hull_size import HullSize

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from coupling.master.connection import Connection
-from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.text.problems import Problem
 
 PREFIX = "fmus."  # of an FMU's name as a participant, so that it cannot be taken for another
 ORDER_BOARD, READING_BOARD = (

@@ -10,8 +10,8 @@ from zlib import crc32
 import numpy as np
 
 from oilsim.core.quantity import quantity
-from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.text.problems import Problem
 
 
 @dataclass(frozen=True, kw_only=True)

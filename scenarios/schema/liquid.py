@@ -19,8 +19,8 @@ from oilsim.core.phases import Wetting
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.oils.library import fault_of, oil_named
 from scenarios.oils.properties import MOST_EVAPORATED, MOST_WATER
-from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section, Vector, above_lower, directed
+from scenarios.text.problems import Problem
 
 Axis = Literal["x", "y"]
 Side = Literal["-x", "+x", "-y", "+y", "-z", "+z"]

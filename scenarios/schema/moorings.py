@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from oilsim.core.quantity import quantity, quantity_of
-from scenarios.problems import Problem, unknown
 from scenarios.schema.exercise import LONGEST_LINE, BoomSettings
 from scenarios.schema.parsing.quantity_fields import Point2, Section, exactly_one
+from scenarios.text.problems import Problem, unknown
 from vessels.ground_tackle import AnchorSize, Rope
 
 

@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 from booms.recovery.skimmer import USUAL_EFFICIENCY, SkimmerDesign, SkimmerKind
 from oilsim.core.quantity import quantity, quantity_of
-from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.text.problems import Problem
 
 HOUR = 3600.0  # [s]
 USUAL: Mapping[str, tuple[float, float]] = MappingProxyType(USUAL_EFFICIENCY)

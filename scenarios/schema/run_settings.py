@@ -9,8 +9,8 @@ from datetime import datetime
 from typing import Literal
 
 from oilsim.core.quantity import quantity
-from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section, Vector
+from scenarios.text.problems import Problem
 
 Level = Literal["easy", "normal", "hard"]
 Fidelity = Literal["live", "fine", "none"]

@@ -23,8 +23,8 @@ from oilsim.sea import (
     WindDrift,
 )
 from oilsim.sea.flows import heading
-from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
+from scenarios.text.problems import Problem
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from scenarios.problems import Problem
 from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.text.problems import Problem
 
 LONGEST_BRIEF = 4000  # [1] letters; a printed page has some 60 lines of 70
 Group = Literal["sweeping", "containment", "protection", "deployment", "trial"]

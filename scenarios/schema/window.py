@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 from oilsim.core.quantity import quantity
 from oilsim.window.settings import SOLVER_OPTIONS, WindowSettings
-from scenarios.problems import Problem
 from scenarios.schema.liquid import FluidSettings
 from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.text.problems import Problem
 
 ALONE = "window"  # name of the box that is the table [window] itself
 

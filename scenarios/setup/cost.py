@@ -17,14 +17,14 @@ import numpy as np
 
 from oilsim.core.config import longest_time_step
 from oilsim.window.settings import WindowSettings
-from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
-from scenarios.setup.resolve import RunSpec, deep_to_the_floor, resolve
 from scenarios.setup.too_late import never_comes
+from scenarios.spec.resolve import RunSpec, deep_to_the_floor, resolve
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.setup.solids.placed_solids import Solid
@@ -154,21 +154,14 @@ def _of_windows(
     """Return what is to be told of windows, and the mean steps of their particles in each of the communication; 1 without one."""
     if not windows:
         return (), 1.0
-    from scenarios.setup.fleet import water_density
-    from scenarios.setup.window_choice import (
-        fluid_steps,
-        window_facts,
-        window_remarks,
-    )  # only such a run pays for particles
+    from scenarios.setup.afloat.fleet import water_density  # only such a run pays for particles
+    from scenarios.setup.at_sea.window import require_water, window_facts, window_remarks
+    from scenarios.spec.window_choice import fluid_steps
 
     sea = build_sea(scenario, water_density(scenario))
     steps = [fluid_steps(scenario, one) for one in windows]
     mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
-    beyond: tuple[str, ...] = ()
-    if solids:
-        from scenarios.setup.at_sea.window import require_water  # only fixed bodies pay for it
-
-        beyond = require_water(scenario, solids, level)
+    beyond = require_water(scenario, solids, level) if solids else ()
     return (*window_facts(scenario), *window_remarks(scenario, sea), *beyond), mean
 
 
@@ -194,7 +187,7 @@ def _assumed(scenario: RunSpec) -> list[str]:
     """Say which tensions are assumed; the code, which loads trimesh and numba, is imported only for booms and interfaces that pull."""
     if not scenario.booms and not scenario.fluid.interfacial_tension:
         return []
-    from scenarios.setup.boom_losses import assumed_tensions
+    from scenarios.setup.afloat.boom_losses import assumed_tensions
 
     return assumed_tensions(scenario)
 
@@ -214,7 +207,7 @@ def _told(scenario: RunSpec, solids: Sequence[Solid], level: float, interfaces: 
     fills = tuple(misfits(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension).values())
     if not solids or not scenario.tanks:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed)
-    from scenarios.setup.boom_remarks import boom_remarks
+    from scenarios.setup.afloat.boom_remarks import boom_remarks
     from scenarios.setup.solids.thin_bodies import thin_bodies, thin_samplings
 
     spacing = scenario.fluid.particle_spacing

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from recordings.model.words import volume_in_words
-from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.liquid import BlockFill, CylinderFill, Fill, SlabFill, SphereFill, Tank
 from scenarios.schema.parsing.quantity_fields import Vector
+from scenarios.text.problems import Problem, ScenarioError
 
 Array = NDArray[np.float64]
 

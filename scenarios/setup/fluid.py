@@ -16,12 +16,12 @@ from oilsim import Fluid, FluidConfig, Phase, PipeEmitter, tank_walls
 from oilsim.core.phases import weak_depth
 from oilsim.fluid.emitter import HOLD
 from oilsim.sea import Sea, SeaForcing, Zone
-from scenarios.problems import Problem
 from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank, ZoneSettings
 from scenarios.schema.parsing.quantity_fields import Vector
-from scenarios.setup.boom_losses import has_tension, tension_of
+from scenarios.setup.afloat.boom_losses import has_tension, tension_of
 from scenarios.setup.fill_lattice import Lattice, starting_positions, within
-from scenarios.setup.resolve import RunSpec
+from scenarios.spec.resolve import RunSpec
+from scenarios.text.problems import Problem
 
 Array = NDArray[np.float64]
 

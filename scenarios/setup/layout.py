@@ -13,18 +13,18 @@ from coupling.bullet.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from oilsim.sea import Sea
 from recordings.model.words import volume_in_words
-from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import BodyProbe
-from scenarios.setup.at_sea.afloat import load_bodies, shore_solid
+from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
+from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
-from scenarios.setup.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
 from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
-from scenarios.setup.moorings import add_legs, beach_of, tie_name
-from scenarios.setup.resolve import RunSpec, deep_to_the_floor
 from scenarios.setup.solids.placed_solids import Solid, own_solids, table_entry, vector
+from scenarios.spec.resolve import RunSpec, deep_to_the_floor
+from scenarios.text.problems import Problem, ScenarioError
 
 Array = NDArray[np.float64]
 

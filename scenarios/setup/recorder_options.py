@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from recordings.model.sample import grid_within
-from scenarios.setup.resolve import RunSpec
+from scenarios.spec.resolve import RunSpec
 
 FINE = 32  # fewest grid cells in a particle spacing
 THINNED = 2  # frames for one frame with water, in a scenario with oil

@@ -14,15 +14,15 @@ from booms.scores import HeldSpeed, skirt_drag_coefficient, tow_force
 from oilsim.oil.fates import FATES
 from recordings.model.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
 from recordings.model.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
-from scenarios.scenario import SiteSettings
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.probe_settings import PressureProbe, WaveGauge
-from scenarios.setup.boom_losses import has_closures
-from scenarios.setup.boom_remarks import blockage
-from scenarios.setup.resolve import RunSpec
+from scenarios.setup.afloat.boom_losses import has_closures
+from scenarios.setup.afloat.boom_remarks import blockage
 from scenarios.setup.simulators import Simulators
 from scenarios.setup.solids.placed_solids import Solid
-from scenarios.versions import versions
+from scenarios.spec.resolve import RunSpec
+from scenarios.spec.scenario import SiteSettings
+from scenarios.text.versions import versions
 
 _QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
 

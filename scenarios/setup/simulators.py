@@ -16,16 +16,16 @@ from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim import Fluid
 from oilsim.fluid.views import JointReadings
-from scenarios.problems import problems_of
 from scenarios.schema.exercise import body_of
-from scenarios.setup.boom_remarks import boom_remarks
-from scenarios.setup.fleet import Fleet
+from scenarios.setup.afloat.boom_remarks import boom_remarks
+from scenarios.setup.afloat.fleet import Fleet
+from scenarios.setup.at_sea.run_sea import RunSea
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
-from scenarios.setup.resolve import RunSpec
-from scenarios.setup.run_sea import RunSea
 from scenarios.setup.solids.placed_solids import Solid, sampled
 from scenarios.setup.solids.thin_bodies import thin_bodies
+from scenarios.spec.resolve import RunSpec
+from scenarios.text.problems import problems_of
 
 if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
@@ -163,8 +163,7 @@ def _with_windows(scenario: RunSpec, layout: Layout) -> Simulators:
 
 def _told(scenario: RunSpec, layout: Layout, windows: Mapping[str, Window]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return warnings and facts of a run with windows, which follow their targets already."""
-    from scenarios.setup.at_sea.window import booms_in_rims, segments_borne
-    from scenarios.setup.window_choice import window_facts, window_remarks
+    from scenarios.setup.at_sea.window import booms_in_rims, segments_borne, window_facts, window_remarks
 
     borne = windows, layout.fleet.booms, scenario.window
     mended = (note for solid in layout.solids for note in solid.notes)

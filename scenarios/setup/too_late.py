@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from scenarios.setup.resolve import RunSpec
+from scenarios.spec.resolve import RunSpec
 
 
 def never_comes(scenario: RunSpec) -> tuple[str, ...]:

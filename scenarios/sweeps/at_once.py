@@ -15,9 +15,9 @@ from typing import Any
 from rich.console import Console
 
 from recordings.files.writing import write_whole
-from scenarios.exit_codes import DONE, FAILED, INTERRUPTED
 from scenarios.sweeps.remote_run import run_elsewhere
 from scenarios.sweeps.variants import Variant
+from scenarios.text.problems import DONE, FAILED, INTERRUPTED
 from scenarios.watch.progress import clock
 
 

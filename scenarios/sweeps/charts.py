@@ -17,8 +17,8 @@ from scipy.stats import spearmanr
 
 from oilsim.core.quantity import quantities
 from recordings.pictures.style import INK, STYLE
-from scenarios.scenario import Scenario
 from scenarios.schema.parsing.structuring import COMPASS
+from scenarios.spec.scenario import Scenario
 from scenarios.sweeps.results import Outcome, differing
 
 _UNITS = {"_m3": "m³", "_deg": "°", "_kn": "kn", "_n": "N", "_m": "m"}  # by the end of a part of a key

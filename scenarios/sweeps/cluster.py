@@ -8,11 +8,10 @@ from pathlib import Path
 from distributed import Client, as_completed
 from rich.console import Console
 
-from scenarios.exit_codes import DONE
-from scenarios.problems import Problem, ScenarioError
 from scenarios.sweeps.at_once import Results
 from scenarios.sweeps.remote_run import run_elsewhere
 from scenarios.sweeps.variants import Variant
+from scenarios.text.problems import DONE, Problem, ScenarioError
 
 TIMEOUT = 20  # [s] to reach a scheduler; technical
 

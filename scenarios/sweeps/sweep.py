@@ -10,12 +10,11 @@ from pathlib import Path
 from rich.console import Console
 
 from recordings.files.errors import RecordingError
-from scenarios.exit_codes import DONE, FAILED
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.sweeps.at_once import run_at_once
 from scenarios.sweeps.results import Outcome, differing, table, write_parquet, write_table
 from scenarios.sweeps.variants import Variant
+from scenarios.text.problems import DONE, FAILED, Problem, ScenarioError
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import clock
 

@@ -17,9 +17,9 @@ import numpy as np
 from rich.progress import track
 from scipy.stats import qmc
 
-from scenarios.load import load_scenario
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.plan import Plan
+from scenarios.spec.load import load_scenario
+from scenarios.text.problems import Problem, ScenarioError
 from scenarios.text.terminal import terminal
 from scenarios.text.toml import read_toml
 

@@ -1,1 +1,1 @@
-"""Quantities as text, and the terminal."""
+"""Problems in words, TOML and JSON as text, versions, and the terminal."""

@@ -24,8 +24,8 @@ from recordings.model.words import cause_in_words
 from recordings.replay.running_extremes import WORST
 from scenarios.schema.exercise import body_of
 from scenarios.schema.liquid import Tank
-from scenarios.setup.boom_lines import track_off_reel
-from scenarios.setup.resolve import RunSpec
+from scenarios.setup.afloat.boom_lines import track_off_reel
+from scenarios.spec.resolve import RunSpec
 from scenarios.watch.slick_oil import oil_of_boom, volume_within
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.ledger import OilLedger, OilRows
 from recordings.model.words import course_in_words, levers_in_words
-from scenarios.setup.boom_losses import assumed_tensions, closure_losses
-from scenarios.setup.resolve import RunSpec
+from scenarios.setup.afloat.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.simulators import Simulators
+from scenarios.spec.resolve import RunSpec
 from scenarios.watch.boom_score import BoomScore, Notice, Oil
 from vessels.vessel import Vessel
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from scenarios.schema.exercise import joint_name
-from scenarios.setup.fleet import Fleet
-from scenarios.setup.resolve import RunSpec
+from scenarios.setup.afloat.fleet import Fleet
+from scenarios.spec.resolve import RunSpec
 from scenarios.watch.boom_scoring import Scoring
 
 if TYPE_CHECKING:

@@ -26,9 +26,9 @@ from recordings.model.frame import (
 from recordings.model.surface import FilmFrame, SurfaceFrame
 from scenarios.schema.liquid import Tank
 from scenarios.schema.probe_settings import PressureProbe, Probe, VelocityProbe, WaveGauge
-from scenarios.setup.boom_lines import paid_out, reel_name
-from scenarios.setup.fleet import Fleet
-from scenarios.setup.moorings import tie_name
+from scenarios.setup.afloat.boom_lines import paid_out, reel_name
+from scenarios.setup.afloat.fleet import Fleet
+from scenarios.setup.afloat.moorings import tie_name
 from scenarios.setup.run_description import describe_windows
 from scenarios.setup.simulators import Simulators
 from scenarios.watch.run_accounts import RunAccounts

@@ -27,10 +27,10 @@ from rich.table import Table
 
 from oilsim import AdvanceReport, Fluid
 from oilsim.stages import viscosity
-from scenarios.load import load_scenario
 from scenarios.setup.fluid import build_fluid, fill_positions
 from scenarios.setup.layout import lay_out
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import load_scenario
+from scenarios.spec.resolve import resolve
 
 STEP = 1.0 / 30.0
 PHASES = (("fall", 0.0, 0.25), ("splash", 0.25, 3.0), ("calm", 8.0, 10.0))
@@ -40,10 +40,10 @@ STAGES = ("search", "density", "gradients", "viscosity", "divergence", "contact"
 
 FIRST_STEP = """
 import time
-from scenarios.load import load_scenario
+from scenarios.spec.load import load_scenario
 from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import lay_out
-from scenarios.setup.resolve import resolve
+from scenarios.spec.resolve import resolve
 scenario = resolve(load_scenario("calm-spread").scenario)
 layout = lay_out(scenario)
 fluid, _ = build_fluid(scenario, layout.positions, layout.sea)

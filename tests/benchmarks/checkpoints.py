@@ -12,10 +12,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from scenarios.load import load_scenario
 from scenarios.running.assembly import build
 from scenarios.running.checkpoints import CheckpointWriter, run_state
 from scenarios.running.plan import Plan
+from scenarios.spec.load import load_scenario
 
 STEPS, WRITES = 10, 3
 CASES = ("calm-spread", "u-sweep")

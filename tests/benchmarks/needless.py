@@ -23,8 +23,8 @@ from coupling.solids.bodies import box
 from coupling.solids.surface_sampling import boundary_particles
 from coupling.testkit import TankScene, tank
 from oilsim.boundaries.walls import Walls
-from scenarios.load import load_scenario
 from scenarios.running.assembly import build
+from scenarios.spec.load import load_scenario
 
 SPACING, WARM_UP = 0.03, 5
 SIZE = (0.9, 0.9, 0.9)

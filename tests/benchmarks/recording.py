@@ -17,10 +17,10 @@ from rich.table import Table
 
 from recordings.model.frame import BodyFrame, Event, Frame, PhaseDescription, PhaseFrame, RunDescription
 from recordings.sink.recorder import Recorder
-from scenarios.load import load_scenario
 from scenarios.running.assembly import build
-from scenarios.scenario import Scenario
 from scenarios.setup.recorder_options import grid, thinning
+from scenarios.spec.load import load_scenario
+from scenarios.spec.scenario import Scenario
 
 FRAMES = 60
 FRAME_RATE = 30.0

@@ -19,9 +19,9 @@ from recordings.model.frame import Frame, RunDescription
 from recordings.model.sample import Sample
 from recordings.sink.recorder import FILM_RATE
 from recordings.sink.rerun_sink import RerunFile
-from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
 from scenarios.setup.recorder_options import surface_rate
+from scenarios.spec.load import load_scenario
 
 REPEATS = 20
 STEPS = 20  # [1] of a run with particles, after one that compiles

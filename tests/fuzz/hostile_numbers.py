@@ -13,11 +13,11 @@ from scenarios.controls.signal_board import SignalBoard
 from scenarios.controls.signals import signals_of
 from scenarios.controls.table import KEYS
 from scenarios.debrief.grade import CRITERIA, read_criteria
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.plan import TERM_KEYS, Plan
-from scenarios.scenario import Scenario
+from scenarios.spec.load import load_scenario
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 from tests.fuzz.scenario_files import EXTREMES, OTHERS, damaged
 
 EXERCISE = Path(__file__).parents[1] / "scenarios" / "files" / "all_inputs.toml"

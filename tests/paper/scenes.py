@@ -10,8 +10,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
+from scenarios.spec.load import load_scenario
 from tests.paper.shapes import Coating, Footprint, coating, footprint
 
 VISCOSITIES = (2.6e-3, 9.0e-3, 1.0e-1)  # [Pa s] the paper's three oils

@@ -17,9 +17,9 @@ import pybullet_data
 
 from coupling.bullet.plugin import attach_fluid
 from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
-from scenarios.load import load_scenario
 from scenarios.running.assembly import build
 from scenarios.running.checkpoints import run_state_hash
+from scenarios.spec.load import load_scenario
 
 HERE = Path(__file__).parent
 STEP = 0.01  # s

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scenarios.load import library_paths
+from scenarios.spec.load import library_paths
 from tests.regression.record import differences, recorded
 from tests.regression.runs import CASES, SCENARIOS
 

@@ -13,12 +13,12 @@ from recordings.files.checkpoint import state_hash
 from recordings.replay.recording import Replay
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main
-from scenarios.load import library_paths, load_scenario, scenario_from
 from scenarios.oils.library import oil_named
-from scenarios.problems import ScenarioError
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.running.summary import SummaryObserver
-from scenarios.setup.boom_losses import oils_of
+from scenarios.setup.afloat.boom_losses import oils_of
+from scenarios.spec.load import library_paths, load_scenario, scenario_from
+from scenarios.text.problems import ScenarioError
 from tests.scenarios.test_oil_balance import BOOMS, SPACING, Balance, channel
 
 STREAM = 0.55  # m/s, above the onset of entrainment

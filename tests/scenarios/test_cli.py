@@ -15,7 +15,7 @@ from recordings.model.frame import Event, Frame, RunDescription
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main
-from scenarios.load import library_paths, load_scenario
+from scenarios.spec.load import library_paths, load_scenario
 from scenarios.text.terminal import flowing
 
 QUICK = ["--set", "fluid.particle_spacing=0.1", "--set", "run.duration=0.02", "--threads", "1"]

@@ -14,8 +14,8 @@ from rich.console import Console
 from recordings.replay.recording import Replay
 from scenarios.debrief.boom_history import boom_histories
 from scenarios.debrief.grade import Grade, grade
-from scenarios.load import library_paths, load_scenario
 from scenarios.running.run import RunOptions, run_scenario
+from scenarios.spec.load import library_paths, load_scenario
 
 PASSED = ("A", "B")
 

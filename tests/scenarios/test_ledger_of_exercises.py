@@ -21,9 +21,9 @@ from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
 from scenarios.conduct.snapshot import state_of
 from scenarios.debrief.boom_history import boom_histories
-from scenarios.load import library_paths, load_scenario
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.summary import SummaryObserver
+from scenarios.spec.load import library_paths, load_scenario
 from tests.regression.runs import SCENARIOS
 
 ROUND_OFF = 1e-12  # [1] of the oil spilled

@@ -7,8 +7,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.engine_step import SPEED_LIMIT
-from scenarios.problems import ScenarioError
-from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.bodies import (
     FASTEST,
     BoxBody,
@@ -24,6 +22,8 @@ from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.setup.solids.body_motions import TowingMotion, prescribed_motion
 from scenarios.setup.solids.body_shapes import body_solid, prism, rock
 from scenarios.setup.solids.placed_solids import own_solids
+from scenarios.spec.scenario import RunSettings, Scenario
+from scenarios.text.problems import ScenarioError
 
 
 def test_towing_velocity_is_the_derivative_of_the_position() -> None:

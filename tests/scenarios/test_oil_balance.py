@@ -19,9 +19,9 @@ from recordings.sink.recorder import Recorder
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.controls.signals import signals_of
 from scenarios.debrief.boom_history import boom_histories
-from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.summary import SummaryObserver
+from scenarios.spec.load import scenario_from
 
 SPACING = 0.1
 BOOM = {"skirt_depth": 0.22, "freeboard": 0.15}

@@ -7,11 +7,11 @@ import tomllib
 from dataclasses import fields
 from pathlib import Path
 
-from scenarios.load import scenario_from
-from scenarios.reference import CHAPTERS, reference
 from scenarios.running.assembly import build
-from scenarios.scenario import Scenario
 from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.schema.reference import CHAPTERS, reference
+from scenarios.spec.load import scenario_from
+from scenarios.spec.scenario import Scenario
 
 PAGE = Path(__file__).parents[2] / "docs" / "scenarios.md"
 
@@ -24,7 +24,7 @@ def example(language: str) -> str:
 
 def test_page_is_up_to_date() -> None:
     assert PAGE.read_text(encoding="utf-8") == reference() + "\n", (
-        "run python -m scenarios.reference > docs/scenarios.md"
+        "run python -m scenarios.schema.reference > docs/scenarios.md"
     )
 
 

@@ -12,9 +12,9 @@ from functools import partial
 from coupling.bullet.assembly import BODIES, FLUID
 from coupling.master.body_exchange import Aitken, BodyExchange, QuasiNewton
 from coupling.testkit.faults import Fault, FaultyParticipant
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
-from scenarios.scenario import Scenario
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import Problem, ScenarioError
 from tests.stress.random_scenes import LENGTH, Dice, random_scene
 from tests.stress.trials import Trial, run_trial
 

@@ -8,9 +8,9 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
+from scenarios.spec.load import scenario_from
+from scenarios.text.problems import ScenarioError
 from tests.stress import trials
 from tests.stress.__main__ import trial_of
 from tests.stress.random_exchanges import run_exchange_trial

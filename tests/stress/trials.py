@@ -20,13 +20,13 @@ import numpy as np
 
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import begin_from, run_state, run_state_hash
-from scenarios.scenario import Scenario
 from scenarios.schema.bodies import Fixed, Free
 from scenarios.schema.sea import SteadySeaWind
+from scenarios.spec.load import scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 
 FASTEST = 6.0  # times what drives it: jets of a splash in a corner reach three times
 MADE = 0.02  # of the energy of the reference speed, beside what a step's flight runs ahead of its forces

@@ -11,8 +11,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from oilsim.core.physical_constants import AIR_DENSITY
-from scenarios.load import scenario_from
 from scenarios.running.assembly import build
+from scenarios.spec.load import scenario_from
 from vessels.windage import Windage, WindOnBodies
 
 BOX = trimesh.creation.box((2.0, 1.0, 1.0))

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.problems import Problem, ScenarioError
+from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
     from recordings.replay.joined import JoinedReplay

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from oilsim.core.quantity import quantities
-from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.parsing.structuring import spellings
 from scenarios.schema.run_settings import RunSettings
+from scenarios.text.problems import Problem, ScenarioError
 
 # Options that change an entry, which --set could change too.
 _ENTRIES: Mapping[str, str] = {

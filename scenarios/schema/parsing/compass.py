@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from oilsim.core.quantity import is_number
-from scenarios.problems import Problem
 from scenarios.schema.parsing.structuring import COMPASS, spellings
+from scenarios.text.problems import Problem
 
 _EAST = 90.0  # [degrees], bearing of the x axis without a site
 PLACES: Mapping[tuple[str, ...], str] = {

@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.schema.parsing.structuring import spellings
+from scenarios.text.problems import Problem, ScenarioError, suggestion
 from scenarios.text.toml import read_toml
 
 # Keys that give the same quantity in another way: an override with one of them replaces the others.

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar, get_type_hints
 
 from oilsim.core.quantity import SHORTEST_DIRECTION, Quantity, quantities
-from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
+from scenarios.text.problems import Problem, ScenarioError
 
 Vector = tuple[float, float, float]
 Point2 = tuple[float, float]

@@ -23,9 +23,9 @@ from cattrs.gen import make_dict_structure_fn, override
 
 from oilsim.core.physical_constants import DEGREE, KNOT
 from oilsim.core.quantity import Quantity, quantities
-from scenarios.problems import Problem, ScenarioError, suggestion
 from scenarios.schema.parsing.quantity_fields import Section, faulty_entry
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
+from scenarios.text.problems import Problem, ScenarioError, suggestion
 
 SUFFIXES: Mapping[str, tuple[str, float]] = {"_kn": ("m/s", KNOT), "_deg": ("rad", DEGREE)}
 COMPASS: Mapping[str, str] = {"heading_compass": "heading", "from_compass": "direction", "toward_compass": "direction"}

@@ -8,7 +8,7 @@ from datetime import date, time
 from numbers import Integral, Real
 from typing import Any, Literal, Union, get_args, get_origin
 
-from scenarios.problems import suggestion
+from scenarios.text.problems import suggestion
 
 
 class Misfit(ValueError):

@@ -25,7 +25,6 @@ from oilsim.sea import (
     WindField,
 )
 from oilsim.sea.flows import Flow
-from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.run_settings import SiteSettings
 from scenarios.schema.sea import (
     FileSeaCurrent,
@@ -40,7 +39,8 @@ from scenarios.schema.sea import (
 )
 from scenarios.setup.at_sea.flow_columns import FlowFileError
 from scenarios.setup.at_sea.flow_files import Kind, in_utc, read_flow
-from scenarios.setup.resolve import RunSpec
+from scenarios.spec.resolve import RunSpec
+from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
     from oilsim.sea import Sea

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
 from oilsim.sea import FlowTable
-from scenarios.problems import reason_of
 from scenarios.setup.at_sea.flow_columns import SPELLINGS, UNITS, Column, FlowFileError, in_si, velocity_of
+from scenarios.text.problems import reason_of
 
 Double = NDArray[np.float64]
 Kind = Literal["wind", "current"]

@@ -19,18 +19,18 @@ from coupling.participants.plan_barriers import Beach, BoomBodies, ReelMouth
 from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.sea import Sea
 from oilsim.slick.barriers import Barrier, Boom, Outline
+from oilsim.slick.fay import joined_radius
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
-from oilsim.slick.spreading.fay import joined_radius
-from scenarios.problems import Problem, ScenarioError
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.liquid import CylinderFill, Fill, PipeEmitterSettings, SlabFill, SphereFill, Tank
-from scenarios.setup.boom_lines import track_off_reel
-from scenarios.setup.boom_losses import tension_of
-from scenarios.setup.moorings import beach_of
-from scenarios.setup.resolve import RunSpec
+from scenarios.setup.afloat.boom_lines import track_off_reel
+from scenarios.setup.afloat.boom_losses import tension_of
+from scenarios.setup.afloat.moorings import beach_of
 from scenarios.setup.solids.placed_solids import vector
+from scenarios.spec.resolve import RunSpec
+from scenarios.text.problems import Problem, ScenarioError
 
 Array = NDArray[np.float64]
 

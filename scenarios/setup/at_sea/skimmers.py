@@ -12,7 +12,7 @@ from coupling.bullet.assembly import BODIES
 from coupling.master.connection import Connection
 from coupling.participants.slick import SlickParticipant
 from scenarios.schema.exercise import body_of, segment_names
-from scenarios.setup.resolve import RunSpec
+from scenarios.spec.resolve import RunSpec
 
 
 def build_skimmers(

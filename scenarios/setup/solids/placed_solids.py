@@ -20,12 +20,12 @@ from coupling.solids.thin_parts import HELD
 from oilsim import BoundaryParticles
 from oilsim.core.phases import RIGHT_ANGLE
 from recordings.model.frame import Color
-from scenarios.problems import Problem, problems_of
 from scenarios.schema.bodies import Body, Fixed, Free, MeshBody
 from scenarios.schema.parsing.quantity_fields import Vector
-from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.body_motions import prescribed_motion
 from scenarios.setup.solids.body_shapes import body_solid
+from scenarios.spec.resolve import RunSpec
+from scenarios.text.problems import Problem, problems_of
 
 Array = NDArray[np.float64]
 

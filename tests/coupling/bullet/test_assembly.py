@@ -17,7 +17,7 @@ from coupling.solids.surface_sampling import boundary_particles
 from coupling.testkit import Basin, Scene, WatchedWorld, assert_draft
 from oilsim import Fluid, FluidConfig, Phase, tank_walls
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import scenario_from
+from scenarios.spec.load import scenario_from
 
 STEP, SPACING, TIME = 1.0 / 240.0, 0.05, 0.4
 SIDE, DENSITY, START, TANK = 0.2, 500.0, (0.3, 0.3, 0.36), (0.6, 0.6, 0.8)

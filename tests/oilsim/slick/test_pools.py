@@ -8,7 +8,7 @@ import pytest
 from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom
 from oilsim.slick.parcels import ParcelState
-from oilsim.slick.pooling.pool_profile import boom_thickness, head_thickness, reduced_gravity, thickening
+from oilsim.slick.pools import boom_thickness, head_thickness, reduced_gravity, thickening
 from oilsim.slick.surface_flow import UniformFlow
 from tests.oilsim.slick.flows import Swell, Tide
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from oilsim.slick.merging import oil_within, recover
 from oilsim.slick.parcels import NONE, Parcels, ParcelState
-from oilsim.slick.recovery import oil_within, recover
 
 CENTER = (3.0, -2.0)
 PLACES = np.array(

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from oilsim.slick import fay
 
+from oilsim.slick.gradient_flow import PER_CELL, Liquids, _measure, cell_size
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
-from oilsim.slick.spreading import fay
-from oilsim.slick.spreading.gradient_flow import PER_CELL, Liquids, _measure, cell_size
-from oilsim.slick.spreading.thickness_grid import build_grid
 from oilsim.slick.surface_flow import UniformFlow
+from oilsim.slick.thickness_grid import build_grid
 
 CALM = UniformFlow()
 WATER, VISCOSITY = 1025.0, 1e-6

@@ -9,7 +9,7 @@ import pytest
 
 from coupling.testkit import Fault, fails_in_order, goes_on_in_order, viewer_fails_in_order
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.problems import ScenarioError
+from scenarios.text.problems import ScenarioError
 from tests.scenarios.small_tow import small_tow
 
 Runs = Callable[..., ScenarioRun]

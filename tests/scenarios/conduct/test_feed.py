@@ -10,9 +10,9 @@ from typing import Any
 
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.conduct.console_feed import ConsoleFeed, LatestSender
-from scenarios.load import scenario_from
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan
+from scenarios.spec.load import scenario_from
 from tests.scenarios.small_tow import small_tow
 
 INJECTS = """

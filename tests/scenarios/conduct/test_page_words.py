@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from scenarios.load import scenario_from
 from scenarios.running.plan import Plan
+from scenarios.spec.load import scenario_from
 from tests.scenarios.small_tow import small_tow
 
 NODE = shutil.which("node")

@@ -18,7 +18,7 @@ from scenarios.conduct.console_feed import LatestSender
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
 from scenarios.conduct.server import other_origin, policy
 from scenarios.conduct.snapshot import MOST_SPOTS, spots_of_particles
-from scenarios.problems import ScenarioError
+from scenarios.text.problems import ScenarioError
 
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),

@@ -15,7 +15,7 @@ from scenarios.conduct.conducted_run import Errand
 from scenarios.conduct.console_feed import BETWEEN
 from scenarios.conduct.server import running
 from scenarios.conduct.session import Session
-from scenarios.problems import ScenarioError
+from scenarios.text.problems import ScenarioError
 from tests.scenarios.small_tow import small_tow
 
 STEP = 0.25

@@ -9,9 +9,9 @@ import pytest
 
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.conduct.snapshot import scene_of, state_of
-from scenarios.load import load_scenario, scenario_from
 from scenarios.running.plan import Plan
 from scenarios.schema.exercise import joint_name
+from scenarios.spec.load import load_scenario, scenario_from
 from tests.scenarios.small_tow import small_tow
 
 MORE = """line_stiffness = 2000.0

@@ -14,13 +14,13 @@ import pytest
 from recordings.files.checkpoint import state_hash
 from scenarios.conduct.commands import Command, settings_of
 from scenarios.controls.table import CONTROLS, KEYS, Control, driven_entries, matches
-from scenarios.load import library_paths, scenario_from
 from scenarios.running.assembly import build
 from scenarios.running.exercise_fmu import ExerciseParticipant
 from scenarios.running.plan import Plan
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import RunRequests
 from scenarios.schema.parsing.overrides import parse_override, with_override
+from scenarios.spec.load import library_paths, scenario_from
 from tests.scenarios.small_tow import small_tow
 
 STEP, POINT, END = 0.1, 1, 4  # [s], communication points of the order and of the end

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from scenarios.controls.signals import signals_of
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.exercise_fmu import exercise_signals
 from scenarios.running.plan import Plan
-from scenarios.scenario import Scenario
+from scenarios.spec.load import scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 from scenarios.text.toml import read_toml
 from tests.scenarios.small_tow import small_tow
 

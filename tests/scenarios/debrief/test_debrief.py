@@ -33,8 +33,8 @@ from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.measures import connected, deployed, fed, held, led, over_by_segment, recovered, skimmer, snatch
 from scenarios.debrief.page import write_debrief
 from scenarios.debrief.recovery_rates import loss_by_speed, rate, rate_figures, rates_diagram
-from scenarios.problems import ScenarioError
 from scenarios.schema.criteria import CRITERIA_OF, CriterionSettings
+from scenarios.text.problems import ScenarioError
 
 FRAMES = 21
 CURRENT = 0.1  # [m/s] along -x

@@ -12,11 +12,11 @@ import pytest
 
 from coupling.fmu.model_description import FILE, read_description
 from scenarios.cli import main
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.schema.liquid import BlockFill, CylinderFill, SphereFill, Tank
 from scenarios.setup import cost, layout
 from scenarios.setup.fill_lattice import Lattice, region_points
+from scenarios.spec.load import load_scenario
+from scenarios.text.problems import ScenarioError
 
 SPACING = 0.1
 

@@ -17,16 +17,16 @@ from recordings import Replay
 from scenarios.cli import main
 from scenarios.controls.signal_board import SignalBoard
 from scenarios.controls.signals import Signal, signals_of
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.exercise_fmu import ExerciseParticipant
 from scenarios.running.plan import Plan
-from scenarios.scenario import Scenario
 from scenarios.schema.parsing.overrides import with_override
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.setup.cost import require_memory
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import scenario_from
+from scenarios.spec.resolve import resolve
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 from tests.fuzz.scenario_files import paths_of
 
 TEXT = (Path(__file__).parent / "all_inputs.toml").read_text(encoding="utf-8")

@@ -10,15 +10,15 @@ from typing import Any, get_args, get_origin
 
 import pytest
 
-from scenarios.load import library_paths, load_scenario, scenario_from
-from scenarios.problems import ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.bodies import MeshBody
 from scenarios.schema.parsing.compass import PLACES
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
 from scenarios.schema.parsing.structuring import COMPASS
 from scenarios.schema.sea import RegularSeaWaves, SteadySeaCurrent, SteadySeaWind
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import library_paths, load_scenario, scenario_from
+from scenarios.spec.resolve import resolve
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 
 SMALL = """
 name = "small"

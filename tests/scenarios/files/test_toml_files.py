@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
+from scenarios.spec.load import load_scenario
+from scenarios.text.problems import ScenarioError
 from scenarios.text.toml import read_toml
 from tests.scenarios.files.test_load import SMALL
 

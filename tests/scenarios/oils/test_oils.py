@@ -16,8 +16,8 @@ from scenarios.oils import adios_import
 from scenarios.oils.adios_import import DENSITIES, TENSIONS, read_library
 from scenarios.oils.library import SHORT_NAMES, fault_of, library, oil_named, refusals, search
 from scenarios.oils.properties import Measurement, OilRecord, api_density, api_gravity, emulsion_factor
-from scenarios.problems import ScenarioError
 from scenarios.schema.liquid import PhaseSettings
+from scenarios.text.problems import ScenarioError
 
 
 def oil(*measurements: Measurement, api: float | None = None) -> OilRecord:

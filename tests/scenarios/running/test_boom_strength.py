@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 from booms.catalog import catalogue
 from coupling.testkit import assert_restarts_exactly
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import load_scenario, scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import BoomSettings, joint_name
 from scenarios.schema.parsing.structuring import as_data, structure
+from scenarios.spec.load import load_scenario, scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 
 ENDS = ((0.0, 0.0), (20.0, 0.0))
 PULLED = ("fidelity='none'", "run.communication_step=0.02", "sea.current.speed=1.0")

@@ -17,14 +17,14 @@ from recordings.files.checkpoint import CheckpointError
 from recordings.replay.moments import recorded_steps
 from recordings.replay.recording import Replay
 from scenarios.cli import main
-from scenarios.load import load_scenario, scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.plan import Plan, plan_from
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.verify import verify
-from scenarios.scenario import Scenario
 from scenarios.schema.parsing.structuring import as_data
+from scenarios.spec.load import load_scenario, scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 from tests.scenarios.kills import started_run
 
 STEP = 0.02

@@ -27,9 +27,9 @@ from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.master.participant import Causality, Status
 from recordings.files.checkpoint import state_hash
 from scenarios.cli import main
-from scenarios.load import load_scenario
 from scenarios.running.assembly import build
 from scenarios.running.exercise_fmu import ExerciseParticipant
+from scenarios.spec.load import load_scenario
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "fmus" / "winch-tow.toml"
 STEP, STEPS, ORDERED = 0.02, 12, 4  # s, number, step from which the orders below are given

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from scenarios.cli import main
-from scenarios.load import load_scenario
 from scenarios.running.run import RunOptions, run_scenario
+from scenarios.spec.load import load_scenario
 
 Change = Callable[[dict[str, Any], dict[str, np.ndarray]], None]
 Resume = Callable[[Change], str]

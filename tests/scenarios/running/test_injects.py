@@ -10,14 +10,14 @@ import pytest
 from rich.console import Console
 
 from recordings.replay.recording import Replay
-from scenarios.load import load_scenario, scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.plan import Plan
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.verify import verify
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.sea import SteadySeaCurrent, SteadySeaWind
+from scenarios.spec.load import load_scenario, scenario_from
+from scenarios.text.problems import ScenarioError
 from scenarios.text.toml import read_toml
 from tests.scenarios.small_tow import small_tow
 

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.load import scenario_from
 from scenarios.orders.client import Answer, ask
 from scenarios.orders.desk import OrderDesk, open_desk
 from scenarios.orders.protocol import Kind
@@ -21,6 +20,7 @@ from scenarios.running.instructor import Instructor
 from scenarios.running.plan import Plan
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import RunRequests
+from scenarios.spec.load import scenario_from
 from tests.scenarios.small_tow import small_tow
 
 

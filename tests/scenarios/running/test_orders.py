@@ -20,17 +20,17 @@ from rich.console import Console
 from coupling.fmu.trial_process import STOPPING
 from recordings.replay.recording import Replay
 from scenarios.cli import main
-from scenarios.load import load_scenario, scenario_from
 from scenarios.orders.client import NoAnswerError, go_on, order, pause
 from scenarios.orders.protocol import LONGEST, RunCard, find_run, new_socket_path, posted, request_line, runtime_folder
-from scenarios.problems import ScenarioError
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.pace import GLANCE, MOST_BEHIND, Pace
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.run_requests import RunRequests
 from scenarios.running.verify import verify
-from scenarios.scenario import Scenario
 from scenarios.schema.sea import JonswapSeaWaves, SteadySeaWind
+from scenarios.spec.load import load_scenario, scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 from scenarios.text.toml import read_toml
 from tests.docs.guide import DOCS, commands
 from tests.scenarios.small_tow import small_tow

@@ -15,11 +15,11 @@ from recordings.export.netcdf import write_netcdf
 from recordings.model.exercise import Site
 from recordings.replay.recording import Replay
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.setup.cost import estimate
+from scenarios.spec.load import load_scenario
+from scenarios.text.problems import ScenarioError
 
 BARE = 'fidelity="none"'
 

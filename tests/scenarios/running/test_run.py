@@ -17,19 +17,19 @@ from recordings.model.frame import Frame
 from recordings.replay.recording import Replay
 from recordings.replay.repair import has_footer
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import library_paths, load_scenario, scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.running.summary import SummaryObserver
-from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.bodies import BoxBody, Fixed
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.schema.probe_settings import BodyProbe, PressureProbe, VelocityProbe, WaveGauge
 from scenarios.setup import recorder_options
 from scenarios.setup.fluid import fill_positions
-from scenarios.setup.resolve import resolve
 from scenarios.setup.solids.placed_solids import own_solids
+from scenarios.spec.load import library_paths, load_scenario, scenario_from
+from scenarios.spec.resolve import resolve
+from scenarios.spec.scenario import RunSettings, Scenario
+from scenarios.text.problems import ScenarioError
 from tests.poison import Poison
 from tests.scenarios.kills import started_run
 

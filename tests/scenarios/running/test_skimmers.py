@@ -8,10 +8,10 @@ import pytest
 
 from recordings.files.checkpoint import state_hash
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.plan import Plan
 from scenarios.running.summary import SummaryObserver
+from scenarios.spec.load import scenario_from
+from scenarios.text.problems import ScenarioError
 
 
 def drifting(**skimmer: Any) -> dict[str, Any]:

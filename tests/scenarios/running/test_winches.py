@@ -7,10 +7,10 @@ import tomllib
 import pytest
 
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.plan import Plan
-from scenarios.scenario import Scenario
+from scenarios.spec.load import scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 from tests.scenarios.small_tow import small_tow
 
 ELASTIC = "line_stiffness = 2000.0\nwinch_speed = 0.5\n"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios.load import load_scenario
 from scenarios.running.assembly import build
+from scenarios.spec.load import load_scenario
 
 SMALL = ("window.size=[6.0, 6.0]", "window.depth=1.2", "fluid.particle_spacing=0.3", "run.threads=1")
 

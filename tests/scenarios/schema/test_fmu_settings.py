@@ -27,11 +27,11 @@ from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.cli import main
 from scenarios.controls.fmu_checks import fmu_problems
 from scenarios.controls.signals import signals_of
-from scenarios.load import load_scenario
-from scenarios.problems import Problem, ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.exercise_fmu import ExerciseParticipant, exercise_content
 from scenarios.schema.fmu_settings import FmuSettings
+from scenarios.spec.load import load_scenario
+from scenarios.text.problems import Problem, ScenarioError
 from tests.coupling.fmu.test_variables import described, inputs, outputs
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "fmus"

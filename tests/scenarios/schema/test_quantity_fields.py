@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.problems import ScenarioError
-from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.bodies import RockBody, SineMotion, SphereBody
 from scenarios.schema.exercise import BoomSettings, LegSettings, VesselSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.schema.parsing.structuring import as_data
+from scenarios.spec.scenario import RunSettings, Scenario
+from scenarios.text.problems import ScenarioError
 
 BOX: Mapping[str, Any] = {"lower": (0.0, 0.0, 0.0), "upper": (1.0, 1.0, 1.0)}
 BALL: Mapping[str, Any] = {"radius": 0.1, "position": (0.5, 0.5, 0.5), "density": 600.0}

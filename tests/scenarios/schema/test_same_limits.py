@@ -14,13 +14,13 @@ from booms.boom import BoomDesign
 from oilsim import BoundaryParticles, FluidConfig, Phase, PipeEmitter
 from oilsim.core.quantity import LARGEST, Quantity, quantities
 from oilsim.sea import KaimalGusts, RegularWaves, SteadyFlow, WindDrift, Zone
-from scenarios.problems import ScenarioError
 from scenarios.schema.bodies import WigleyBody
 from scenarios.schema.exercise import BoomSettings, LegSettings, VesselSettings
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, PipeEmitterSettings, Tank, ZoneSettings
 from scenarios.schema.parsing.quantity_fields import Section
 from scenarios.schema.parsing.structuring import as_data, structure
 from scenarios.schema.sea import RegularSeaWaves, SteadySeaCurrent, SteadySeaWind
+from scenarios.text.problems import ScenarioError
 from vessels.course import CourseLeg
 from vessels.hull_size import HullSize
 from vessels.vessel import ControlGains, Propulsion

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from coupling.participants.window import WindowParticipant
 from coupling.participants.windows import WindowsParticipant
-from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import load_scenario
+from scenarios.spec.resolve import resolve
 
 SCENARIO = """
 name = "boom-in-windows"

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from booms.losses.resolution import skirt_in_words
-from scenarios.load import scenario_from
-from scenarios.setup.boom_remarks import blockage, boom_remarks
+from scenarios.setup.afloat.boom_remarks import blockage, boom_remarks
+from scenarios.setup.afloat.fleet import place_fleet
 from scenarios.setup.cost import estimate
 from scenarios.setup.fill_lattice import misfits
-from scenarios.setup.fleet import place_fleet
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import scenario_from
+from scenarios.spec.resolve import resolve
 
 MOORED: dict[str, Any] = {
     "name": "moored",

@@ -8,11 +8,11 @@ import pytest
 
 from oilsim import tank_walls
 from scenarios.cli import main
-from scenarios.load import library_paths, load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.setup.cost import estimate
-from scenarios.setup.resolve import resolve
 from scenarios.setup.simulators import build_simulators
+from scenarios.spec.load import library_paths, load_scenario
+from scenarios.spec.resolve import resolve
+from scenarios.text.problems import ScenarioError
 
 FINE = """
 name = "fine"

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
+from scenarios.spec.load import load_scenario
+from scenarios.text.problems import ScenarioError
 
 SCENE = Path(__file__).with_name("high_speed.toml")
 BARE = ("booms.main.boom=sea-going", "booms.main.skirt_depth=0.8")  # the same boom, more or less, without a pocket

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from scenarios.load import library_paths, load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.schema.liquid import BlockFill, CylinderFill, SlabFill, SphereFill, Tank
 from scenarios.setup.fill_lattice import region_points, starting_positions
+from scenarios.spec.load import library_paths, load_scenario
+from scenarios.text.problems import ScenarioError
 
 WITHOUT_PARTICLES = {name for name, path in library_paths().items() if "[tank]" not in path.read_text(encoding="utf-8")}
 MILLIMETRES = {"rock-coating", "drop-in-air"}  # scenes that such spacings leave nothing of

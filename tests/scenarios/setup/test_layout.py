@@ -11,11 +11,11 @@ import trimesh
 
 from oilsim import FluidConfig
 from scenarios.cli import main
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
-from scenarios.scenario import Scenario
 from scenarios.setup.cost import estimate
+from scenarios.spec.load import scenario_from
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 
 TANK = """
 name = "slick"

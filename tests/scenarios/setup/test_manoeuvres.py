@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
-from scenarios.setup.fleet import course_of
+from scenarios.setup.afloat.fleet import course_of
+from scenarios.spec.load import scenario_from
+from scenarios.text.problems import ScenarioError
 from vessels.course import Course, CourseLeg
 from vessels.drive import Drive
 from vessels.vessel import planar_motion

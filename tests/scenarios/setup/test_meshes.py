@@ -12,13 +12,13 @@ import trimesh
 from coupling.solids.bodies import box
 from coupling.solids.solid_mesh import read_solid
 from scenarios.cli import main
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
-from scenarios.scenario import Scenario
 from scenarios.setup.cost import estimate
 from scenarios.setup.layout import lay_out
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import scenario_from
+from scenarios.spec.resolve import resolve
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 
 TANK = """
 name = "mesh"

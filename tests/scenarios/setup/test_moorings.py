@@ -9,11 +9,11 @@ import pytest
 
 from oilsim.core.physical_constants import GRAVITY
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
 from scenarios.setup.layout import lay_out
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import scenario_from
+from scenarios.spec.resolve import resolve
+from scenarios.text.problems import ScenarioError
 
 BASE = """
 name = "moored"

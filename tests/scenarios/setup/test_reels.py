@@ -8,8 +8,8 @@ import pytest
 
 from coupling.testkit import assert_restarts_exactly
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import load_scenario
-from scenarios.setup.boom_lines import laid_out, paid_out
+from scenarios.setup.afloat.boom_lines import laid_out, paid_out
+from scenarios.spec.load import load_scenario
 
 FILE = Path(__file__).with_name("off_the_reel.toml")
 SCENE = load_scenario(FILE, overrides=["run.communication_step=0.1"]).scenario

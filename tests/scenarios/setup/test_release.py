@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from scenarios.load import scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
+from scenarios.spec.load import scenario_from
+from scenarios.text.problems import ScenarioError
 
 POOL: dict[str, Any] = {
     "name": "release",

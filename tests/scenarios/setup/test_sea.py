@@ -15,14 +15,14 @@ from scipy.io import netcdf_file
 
 from oilsim.sea import JonswapWaves, RegularWaves
 from scenarios.cli import main
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.running.exercise_fmu import SCENARIO_FILE, exercise_content
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.flow_columns import FlowFileError
 from scenarios.setup.at_sea.flow_files import read_flow
 from scenarios.setup.layout import lay_out
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import load_scenario
+from scenarios.spec.resolve import resolve
+from scenarios.text.problems import ScenarioError
 
 BASIC = """
 name = "bay"

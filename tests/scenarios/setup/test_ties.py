@@ -14,13 +14,13 @@ from rich.console import Console
 from recordings.replay.recording import Replay
 from scenarios.debrief.boom_history import boom_histories
 from scenarios.debrief.measures import connected
-from scenarios.load import library_paths, load_scenario, scenario_from
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
 from scenarios.running.plan import Plan
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.setup.layout import Layout, lay_out
-from scenarios.setup.resolve import resolve
+from scenarios.spec.load import library_paths, load_scenario, scenario_from
+from scenarios.spec.resolve import resolve
+from scenarios.text.problems import ScenarioError
 
 
 def laid(name: str, *settings: str) -> Layout:

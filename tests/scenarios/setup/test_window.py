@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.spec.load import load_scenario
+from scenarios.text.problems import ScenarioError
 
 SCENARIO = """
 name = "window-box"

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from scenarios.cli import main
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import build
-from scenarios.scenario import Scenario
 from scenarios.setup.cost import estimate
+from scenarios.spec.load import load_scenario
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 
 SCENARIO = """
 name = "bad-window"

@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.setup.cost import estimate
-from scenarios.setup.resolve import numbered
-from scenarios.setup.window_choice import COARSE, FINE, live_spacing, seconds_per_particle_step
+from scenarios.spec.load import load_scenario
+from scenarios.spec.resolve import numbered
+from scenarios.spec.scenario import Scenario
+from scenarios.spec.window_choice import COARSE, FINE, live_spacing, seconds_per_particle_step
+from scenarios.text.problems import ScenarioError
 
 SKIRT = 0.75
 WINDOW = "fidelity=live"

@@ -9,8 +9,8 @@ import pytest
 
 from coupling.participants.window import WindowParticipant
 from oilsim.window.rim import share_kept
-from scenarios.load import load_scenario
 from scenarios.running.assembly import build
+from scenarios.spec.load import load_scenario
 
 SCENARIO = """
 name = "turning-vessel"

@@ -9,10 +9,10 @@ import pytest
 
 from coupling.master.errors import CoSimulationError
 from coupling.participants.windows import WindowsParticipant
-from scenarios.load import load_scenario
-from scenarios.problems import ScenarioError
 from scenarios.running.assembly import Assembly, build
 from scenarios.setup.cost import estimate
+from scenarios.spec.load import load_scenario
+from scenarios.text.problems import ScenarioError
 
 SCENARIO = """
 name = "two-windows"

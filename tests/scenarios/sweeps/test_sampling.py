@@ -10,7 +10,6 @@ import pyarrow.parquet as pq
 import pytest
 
 from scenarios.cli import main
-from scenarios.problems import ScenarioError
 from scenarios.sweeps.charts import (
     _rank_correlation,
     draw_loss_map,
@@ -23,6 +22,7 @@ from scenarios.sweeps.charts import (
 )
 from scenarios.sweeps.results import Outcome, write_parquet
 from scenarios.sweeps.variants import Range, Variation, parse_range, parse_variation, samples, variants
+from scenarios.text.problems import ScenarioError
 
 SPEED, DENSITY = Range(key="tow.speed_kn", low=0.2, high=0.9), Range(key="phases.oil.density", low=840.0, high=960.0)
 

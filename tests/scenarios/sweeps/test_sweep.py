@@ -17,10 +17,10 @@ import pytest
 from coupling.master.participant import StepResult
 from coupling.participants.fluid import FluidParticipant
 from scenarios.cli import main
-from scenarios.problems import ScenarioError
 from scenarios.sweeps.remote_run import run_elsewhere
 from scenarios.sweeps.results import Outcome, differing
 from scenarios.sweeps.variants import Variation, parse_variation, variants
+from scenarios.text.problems import ScenarioError
 from tests.scenarios.small_tow import small_tow
 
 SHORT = ["--set", "fluid.particle_spacing=0.1", "--until", "0.02", "--threads", "1"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.load import scenario_from
+from scenarios.spec.load import scenario_from
 
 STEP = 0.01
 STEPS = 12

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from recordings.model.frame import Event, Frame, RunDescription
-from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import run_state, run_state_hash
 from scenarios.running.summary import SummaryObserver
+from scenarios.spec.load import load_scenario
 
 STEPS = 6
 # two vessels tow a boom through oil; the liquid's energy and momentum are accounted for

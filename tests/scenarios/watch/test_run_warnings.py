@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from scenarios.load import scenario_from
 from scenarios.running.assembly import Assembly, build
-from scenarios.setup.resolve import resolve
 from scenarios.setup.solids.thin_bodies import swollen_bodies
+from scenarios.spec.load import scenario_from
+from scenarios.spec.resolve import resolve
 from scenarios.watch.run_warnings import Remarks
 
 SHELF: dict[str, Any] = {

@@ -13,8 +13,8 @@ from coupling.master.co_simulation import CoSimulation
 from coupling.participants.slick import SlickParticipant
 from oilsim.oil.fates import CAUSES, LossCause
 from oilsim.slick.parcels import ParcelState
-from scenarios.load import load_scenario
 from scenarios.running.assembly import Assembly, build
+from scenarios.spec.load import load_scenario
 from scenarios.watch.boom_score import Oil
 from scenarios.watch.slick_oil import phase_of, volume_within
 

@@ -19,10 +19,10 @@ from booms.deployment import BoomLayout
 from coupling.master.body_exchange import BodyExchange, Scheme
 from coupling.master.errors import CoSimulationError
 from scenarios.running.assembly import Assembly, build
-from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank, ZoneSettings
 from scenarios.schema.sea import RegularSeaWaves, SeaSettings, SteadySeaCurrent
+from scenarios.spec.scenario import RunSettings, Scenario
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
 Double = NDArray[np.float64]

@@ -16,8 +16,8 @@ from scipy.constants import knot
 
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures, Drivers
-from scenarios.load import scenario_from
 from scenarios.running.assembly import build
+from scenarios.spec.load import scenario_from
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import WATER_DENSITY
 

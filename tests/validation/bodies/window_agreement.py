@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from scenarios.scenario import Scenario
+from scenarios.spec.scenario import Scenario
 from tests.validation.bodies.without_particles import (
     APEX,
     DEPTH,

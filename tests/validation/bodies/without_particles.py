@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from booms.boom_state import BoomState
 from scenarios.running.assembly import Assembly, build
-from scenarios.scenario import RunSettings, Scenario
 from scenarios.schema.bodies import BoxBody
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank, ZoneSettings
 from scenarios.schema.sea import RegularSeaWaves, SeaSettings, SteadySeaCurrent
 from scenarios.schema.window import WindowTable
+from scenarios.spec.scenario import RunSettings, Scenario
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
 Double = NDArray[np.float64]

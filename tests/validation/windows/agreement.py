@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from booms.boom_state import BoomState
 from scenarios.running.assembly import Assembly, build
-from scenarios.scenario import Scenario
 from scenarios.schema.exercise import TowSettings, VesselSettings
 from scenarios.schema.liquid import BlockFill, PhaseSettings, SlabFill
 from scenarios.schema.sea import SteadySeaCurrent, horizontal
 from scenarios.schema.window import WindowTable
+from scenarios.spec.scenario import Scenario
 from tests.validation.bodies.without_particles import (
     APEX,
     ASLEEP,

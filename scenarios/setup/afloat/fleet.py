@@ -22,15 +22,23 @@ from booms.deployment import (
     line_in_stream,
     tow_line,
 )
-from scenarios.problems import Problem
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
 from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.sea import horizontal
-from scenarios.setup.boom_lines import lay_off_reel, reel_line, reel_name, strung
-from scenarios.setup.moorings import PlacedLeg, grounded, leg_name, place_moorings, place_ties, tie_name, tied_shapes
-from scenarios.setup.resolve import RunSpec
+from scenarios.setup.afloat.boom_lines import lay_off_reel, reel_line, reel_name, strung
+from scenarios.setup.afloat.moorings import (
+    PlacedLeg,
+    grounded,
+    leg_name,
+    place_moorings,
+    place_ties,
+    tie_name,
+    tied_shapes,
+)
 from scenarios.setup.solids.placed_solids import Solid
+from scenarios.spec.resolve import RunSpec
+from scenarios.text.problems import Problem
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import ASTERN, Drive, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull

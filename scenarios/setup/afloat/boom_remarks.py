@@ -17,9 +17,9 @@ from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.sea import horizontal
-from scenarios.setup.boom_losses import has_closures
-from scenarios.setup.fleet import bulge_of
-from scenarios.setup.resolve import RunSpec
+from scenarios.setup.afloat.boom_losses import has_closures
+from scenarios.setup.afloat.fleet import bulge_of
+from scenarios.spec.resolve import RunSpec
 
 # [1] cosine up to which a current runs along the line between the ends; numerical; far above rounding
 ALONG = 1e-6

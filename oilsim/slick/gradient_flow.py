@@ -22,18 +22,9 @@ from numpy.typing import NDArray
 
 from oilsim.backend.disjoint_sets import find, join
 from oilsim.backend.jit import FAST
+from oilsim.slick.fay import final_thickness, spreading_rate
 from oilsim.slick.parcels import Parcels, Rows
-from oilsim.slick.spreading.fay import final_thickness, spreading_rate
-from oilsim.slick.spreading.thickness_grid import (
-    AREA,
-    EDGE,
-    WIDTH,
-    ThicknessGrid,
-    build_grid,
-    gather,
-    spline_slopes,
-    splines,
-)
+from oilsim.slick.thickness_grid import AREA, EDGE, WIDTH, ThicknessGrid, build_grid, gather, spline_slopes, splines
 
 Array = NDArray[np.float64]
 

@@ -14,11 +14,11 @@ from booms.equilibrium import HangingBoom, Tie, tied_lines
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.participants.plan_barriers import Beach
-from scenarios.problems import Problem
 from scenarios.schema.exercise import body_of
 from scenarios.schema.moorings import MooringSettings, PartSettings, held_ends, tied_ends
-from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.placed_solids import Solid, vector
+from scenarios.spec.resolve import RunSpec
+from scenarios.text.problems import Problem
 from vessels.ground_tackle import Rope, laid_anchor, leg_part
 
 Array = NDArray[np.float64]

@@ -8,14 +8,14 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, get_args
 
-from scenarios.cross_checks import NAMED_TABLES, Parts, problems_between
-from scenarios.problems import MOVED, Problem, ScenarioError, moved, suggestion, unknown
-from scenarios.scenario import Scenario
 from scenarios.schema.parsing.compass import without_compass
 from scenarios.schema.parsing.overrides import merged, parse_override, with_override
 from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import COMPASS, structure
 from scenarios.schema.window import ALONE, WindowTable, tables_by_name
+from scenarios.spec.cross_checks import NAMED_TABLES, Parts, problems_between
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import MOVED, Problem, ScenarioError, moved, suggestion, unknown
 from scenarios.text.toml import read_toml_file
 
 CHOICES = {"fidelity": "fidelities", "level": "levels"}  # tables of the changes of each

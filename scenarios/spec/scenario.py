@@ -1,6 +1,6 @@
 """A scenario: everything that defines a run, as frozen keyword-only dataclasses that refuse impossible values.
 
-The dataclasses are the Python API. A scenario file says the same, table by table and key by key; `scenarios.load` reads it.
+The dataclasses are the Python API. A scenario file says the same, table by table and key by key; `scenarios.spec.load` reads it.
 Conventions: SI units, world frame with z up, angles counter-clockwise. In a file, a key for a speed may carry the suffix ``_kn`` (knots),
 and one for an angle ``_deg`` (degrees). Sailors' directions are taken too, in degrees clockwise from north: ``heading_compass`` for a
 heading, ``from_compass`` for where wind or waves come from, ``toward_compass`` for where a current runs to.
@@ -13,8 +13,6 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from scenarios import cross_checks
-from scenarios.problems import Problem
 from scenarios.schema.bodies import Body
 from scenarios.schema.criteria import CriterionSettings
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
@@ -29,6 +27,8 @@ from scenarios.schema.run_settings import CameraSettings, Fidelity, Level, Recor
 from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.training import ExerciseSettings
 from scenarios.schema.window import WindowTable
+from scenarios.spec import cross_checks
+from scenarios.text.problems import Problem
 
 __all__ = ["CameraSettings", "RecordingSettings", "RunSettings", "Scenario", "SiteSettings"]
 

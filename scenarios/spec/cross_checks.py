@@ -17,7 +17,6 @@ from oilsim.core.phases import EXPLICIT_UP_TO, RIGHT_ANGLE
 from oilsim.core.quantity import SHORTEST_DIRECTION
 from oilsim.sea.flows import ALONG
 from recordings.model.exercise import GROUND
-from scenarios.problems import Problem, unknown
 from scenarios.schema.bodies import Body, MeshBody
 from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, line_problems, segment_names
@@ -45,6 +44,7 @@ from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import Fidelity, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.window import WindowTable, window_place
+from scenarios.text.problems import Problem, unknown
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"

@@ -1,7 +1,7 @@
 """Pools: the oil that each segment of a boom holds, on either side, and how its parcels lie and slide there.
 
 A held parcel belongs to a pool and keeps a fixed rank, a share of the pool's volume that lies between it and the boom, drawn from its id
-by the silver ratio, so that the parcels of a pool always fill the profile of `pool_profile` evenly. It lies square to
+by the silver ratio, so that the parcels of a pool always fill the profile evenly. It lies square to
 its segment, never beyond another barrier, and moves to its place no faster than the water and a gravity current
 (g' h_b)^(1/2) together. Along the segment it slides with the speed that balances the water's stress and the slope of the pool,
 
@@ -10,6 +10,16 @@ its segment, never beyond another barrier, and moves to its place no faster than
 where the second term is at most (g' h_b)^(1/2). So oil gathers in the apex of a U until it is thick enough to lean back. A pool's
 parcels lie evenly along its segment about their middle, which slides. Beyond a joint a parcel goes on in the next pool; beyond a free end
 it is lost around the end, or through the joint that has parted there.
+
+**Profile.** The head of the slick stands where the water comes to rest below it: its thickness is h_f = U^2 / (2 g'), with
+g' = g (1 - rho_o / rho_w) and U [m/s] the speed of the water normal to the boom. Behind the head the interfacial stress C_f rho_w U^2 / 2
+thickens the slick towards the boom: with x [m] from the head, h^2 = h_f^2 + K x, K = C_f (rho_w / rho_o) U^2 / g' [m]. Oil of V' [m2] per
+metre of front then is
+
+    h_b = (h_f^3 + 1.5 K V')^(1/3) thick at the boom [m],   L = (h_b^2 - h_f^2) / K long [m].
+
+Range: a slender slick (L > 5 h_b) of quiescent oil in water deeper than five drafts. Source: balance of forces on a floating layer; a thin
+slick without friction has h_f everywhere. This is a closure: C_f is 0.005 by default; values from 0.003 to 0.016 are plausible.
 """
 
 from __future__ import annotations
@@ -17,13 +27,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.core.physical_constants import GRAVITY
 from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import STANDOFF, Barriers
 from oilsim.slick.crossing import beside, first_crossings, resting_sweep
 from oilsim.slick.loss_rate import Pools
 from oilsim.slick.parcels import Parcels, ParcelState, Rows, sums
-from oilsim.slick.pooling.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
-from oilsim.slick.pooling.pool_profile import boom_thickness, distance_to, head_thickness, reduced_gravity, thickening
+from oilsim.slick.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
 
 Array = NDArray[np.float64]
 
@@ -244,3 +254,34 @@ def hold(parcels: Parcels, rows: Rows, segment: Rows, along: Array, side: Rows) 
     parcels.mark_found(rows)
     parcels.place[rows], parcels.side[rows] = segment, side
     parcels.along[rows], parcels.ahead[rows] = np.clip(along, 0.0, 1.0), 0.0
+
+
+def head_thickness(speed: Array, reduced_gravity: Array) -> Array:
+    """Compute the thickness of the slick's head, h_f = U^2 / (2 g') [m]; speed U (P,) [m/s], reduced_gravity g' (P,) [m/s2]."""
+    return np.asarray(speed * speed / (2.0 * reduced_gravity))
+
+
+def thickening(speed: Array, reduced_gravity: Array, density_ratio: Array, friction: float) -> Array:
+    """Compute K = C_f (rho_w / rho_o) U^2 / g' (P,) [m].
+
+    speed U (P,) [m/s]; reduced_gravity (P,) [m/s2]; density_ratio rho_o / rho_w (P,) [-]; friction C_f [-].
+    """
+    return np.asarray(friction / density_ratio * speed * speed / reduced_gravity)
+
+
+def boom_thickness(head: Array, growth: Array, volume_per_front: Array) -> Array:
+    """Compute the thickness at the boom h_b (P,) [m] of oil with a head h_f (P,) [m], growth K (P,) [m] and V' (P,) [m2]."""
+    return np.asarray(np.cbrt(head**3 + 1.5 * growth * volume_per_front))
+
+
+def distance_to(thickness: Array, growth: Array, local: Array) -> Array:
+    """Compute the distance from the boom (N,) [m] at which a slick that is h_b (N,) [m] thick there is `local` (N,) [m] thick.
+
+    growth K (N,) [m].
+    """
+    return np.asarray((thickness**2 - local**2) / growth)
+
+
+def reduced_gravity(density: Array, water_density: float) -> Array:
+    """Compute g' = g (1 - rho_o / rho_w) (P,) [m/s2] of oil with density (P,) [kg/m3]."""
+    return np.asarray(GRAVITY * (1.0 - density / water_density))

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.sea import Continuation, Sea, SteadyFlow
+from scenarios.setup.afloat.fleet import water_density
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.fleet import water_density
-from scenarios.setup.resolve import RunSpec, deep_to_the_floor
+from scenarios.spec.resolve import RunSpec, deep_to_the_floor
 
 
 class RunSea:

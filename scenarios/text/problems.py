@@ -1,4 +1,4 @@
-"""The problems of a scenario: each with its path, all of them in one error."""
+"""The problems of a scenario: each with its path, all of them in one error; and the codes with which the command ends."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+# exit codes of the `oilsim` command: done, failed (the recording up to then is kept), bad input, and Ctrl-C as shells count it
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 # Keys that had other names, and where their values are written now; the longest that fits counts.
 MOVED = {
     "forcing": "sea",

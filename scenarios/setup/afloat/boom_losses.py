@@ -8,7 +8,7 @@ from booms.losses.liquids import ASSUMED_TENSION, OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
 from scenarios.schema.liquid import PhaseSettings
-from scenarios.setup.resolve import RunSpec
+from scenarios.spec.resolve import RunSpec
 
 
 def has_closures(scenario: RunSpec, boom: str) -> bool:

@@ -19,6 +19,7 @@ from vessels.vessel import Vessel
 if TYPE_CHECKING:
     from booms.reel import Track
 
+
 Array = NDArray[np.float64]
 
 

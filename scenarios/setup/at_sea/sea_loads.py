@@ -13,9 +13,9 @@ from booms.deployment import PlacedBody
 from coupling.participants.plan_barriers import Beach
 from coupling.solids.bodies import mass_properties
 from recordings.model.exercise import GROUND
-from scenarios.problems import Problem, ScenarioError
-from scenarios.setup.resolve import RunSpec
 from scenarios.setup.solids.placed_solids import HELD_DENSITY, Solid
+from scenarios.spec.resolve import RunSpec
+from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from coupling.solids.bodies import MassProperties
     from oilsim.loads.load_model import LoadModel
     from oilsim.sea import Sea
-    from scenarios.setup.fleet import Fleet
+    from scenarios.setup.afloat.fleet import Fleet
     from scenarios.setup.solids.placed_solids import Solid
+
 
 # [m] thickness of the ground in pictures
 THICKNESS = 0.5
@@ -64,7 +65,7 @@ def load_bodies(world: RigidBodyWorld, scenario: RunSpec, sea: Sea, fleet: Fleet
 
 def _tracks(scenario: RunSpec, fleet: Fleet, names: Sequence[str]) -> Iterator[Track]:
     """Yield the lines of booms on reels; names of the loaded bodies."""
-    from scenarios.setup.boom_lines import track_off_reel
+    from scenarios.setup.afloat.boom_lines import track_off_reel
 
     for name, layout in fleet.booms.items():
         track = track_off_reel(layout, scenario.booms[name], names.index(layout.segments[0].name))

@@ -1,4 +1,4 @@
-"""The reference page of the scenario format, written from the dataclasses: ``python -m scenarios.reference``."""
+"""The reference page of the scenario format, written from the dataclasses: ``python -m scenarios.schema.reference``."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ has another `bearing`.
 `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`.
 The `[demo]` table holds such changes for `--demo`.
 
-A key without a default must be given. `python -m scenarios.reference` writes this page.
+A key without a default must be given. `python -m scenarios.schema.reference` writes this page.
 
 ## A first scenario
 ```toml
@@ -89,7 +89,7 @@ from scenarios.schema.bodies import SphereBody
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.running.run import RunOptions, run_scenario
-from scenarios.scenario import RunSettings, Scenario
+from scenarios.spec.scenario import RunSettings, Scenario
 
 scenario = Scenario(
     name="my-tank",

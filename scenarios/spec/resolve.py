@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 
-from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.liquid import SOMEWHERE, Fill, PipeEmitterSettings, Side, Tank, top_of_water
 from scenarios.schema.probe_settings import BodyProbe
 from scenarios.schema.sea import SeaSettings
 from scenarios.schema.window import WindowTable, window_place
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import Problem, ScenarioError
 
 # [1] layers of water that a window needs; numerical; as its own depth
 LEAST_LAYERS = 4
@@ -87,7 +87,7 @@ def numbered(scenario: Scenario) -> Scenario:
     if not windows:
         return scenario
     if not all(one.size and one.depth and not isinstance(one.spacing, str) for one in windows.values()):
-        from scenarios.setup.window_choice import chosen  # only such a run pays for particles
+        from scenarios.spec.window_choice import chosen  # only such a run pays for particles
 
         scenario = chosen(scenario)
     return _above_the_bottom(scenario, _sea(scenario).depth or 0.0)

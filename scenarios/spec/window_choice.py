@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 
@@ -17,12 +16,11 @@ import numpy as np
 
 from oilsim import Phase
 from oilsim.sea import Sea, SeaDescription
-from oilsim.window.rim import share_kept
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window
-from scenarios.problems import Problem, ScenarioError
-from scenarios.scenario import Scenario
 from scenarios.schema.window import WindowTable, window_place
+from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import Problem, ScenarioError
 
 # [drafts] across a window; tuned; the pool and wake of an apex in its middle half, waves of ten drafts end in its rim
 SIDES = 21.0
@@ -139,61 +137,3 @@ def seconds_per_particle_step(threads: int | None) -> float:
         return (time.perf_counter() - begin) / (window.fluid.particle_count * max(1, report.sub_steps))
     finally:
         window.fluid.close()
-
-
-def window_facts(scenario: Scenario) -> Iterator[str]:
-    """Say what comes of each window's resolution."""
-    for name, window in scenario.window.items():
-        settings = window.settings(scenario.fluid)
-        size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(scenario, settings)
-        yield (
-            f"{window_place(name, scenario.window)}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
-            f" {settings.particle_count:,} particles of {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step; oil"
-            f" thinner than {spacing:.3g} m stays parcels"
-        )
-
-
-def window_remarks(scenario: Scenario, sea: Sea) -> Iterator[str]:
-    """Say what is wrong with the size, the place and the particles of each window though it can be run."""
-    for name, window in scenario.window.items():
-        yield from _of_one(scenario, window, sea, window_place(name, scenario.window))
-
-
-def _of_one(scenario: Scenario, window: WindowTable, sea: Sea, place: str) -> Iterator[str]:
-    """Say what is wrong with one window, which is described at a `place` of the file."""
-    settings = window.settings(scenario.fluid)
-    spacing = settings.spacing
-    for name, boom in scenario.booms.items():
-        if boom.skirt_depth < COARSE * spacing:
-            yield (
-                f"{place}: the skirt of boom {name!r} is {boom.skirt_depth / spacing:.1f} particles deep, which hardly shows it;"
-                f" {boom.skirt_depth / COARSE:.2g} m or less would be better"
-            )
-    yield from _idle(scenario, window, settings, place)
-    yield from _short_rim(settings, sea, place)
-
-
-def _idle(scenario: Scenario, window: WindowTable, settings: WindowSettings, place: str) -> Iterator[str]:
-    """Say so if a window at a place has no body near it at the start."""
-    if isinstance(window.target, str):
-        return
-    x, y = window.target
-    places = [vessel.position for vessel in scenario.vessels.values()]
-    places += [getattr(body, "position", (x, y))[:2] for body in scenario.bodies.values()]
-    reach = 0.5 * max(settings.whole_size) + max((boom.length for boom in scenario.booms.values()), default=0.0)
-    if places and all(math.hypot(at[0] - x, at[1] - y) > reach for at in places):
-        yield f"{place}: no body comes near {x:g}, {y:g} at the start, so its water rests; {place}.target can be a boom, a vessel or a body"
-
-
-def _short_rim(settings: WindowSettings, sea: Sea, place: str) -> Iterator[str]:
-    """Say so if waves as long as those of the sea, which bodies send out, are too long for the rim."""
-    waves = sea.components
-    if not waves.amplitude.size:
-        return
-    length = 2.0 * math.pi / float(waves.wave_number[int(np.argmax(waves.amplitude))])
-    if length > min(settings.whole_size):
-        kept = share_kept(settings.width, length)
-        yield (
-            f"{place}: it is smaller than the sea's waves of {length:.3g} m, which pass all the same; but of waves that long that bodies"
-            f" send out {100.0 * kept:.0f} % come back; {place}.rim = {0.5 * length:.3g} in a window of {2.0 * length:.3g} m keeps 1 %"
-        )

@@ -1,1 +1,0 @@
-"""Spreading on calm water: the laws, the grid of thickness, and the motion of parcels."""

@@ -1,0 +1,1 @@
+"""The scenario: what its file says, checked as a whole, loaded, and resolved to what is run."""
