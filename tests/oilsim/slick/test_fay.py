@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from oilsim.slick import fay
 
 VOLUME, DENSITY, TENSION = 20.0, 875.0, 0.01

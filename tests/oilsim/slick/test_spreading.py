@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from oilsim.slick import fay
 
+from oilsim.slick import fay
 from oilsim.slick.gradient_flow import PER_CELL, Liquids, _measure, cell_size
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
