@@ -123,7 +123,7 @@ def _signals(options: argparse.Namespace) -> int:
 
     scenario = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo).scenario
     table = Table("signal", "unit", "direction")
-    for signal in signals_of(scenario).values():
+    for signal in signals_of(scenario.parts).values():
         table.add_row(
             signal.name, signal.unit, f"input, {signal.start:g} at the start" if signal.is_input else "output"
         )

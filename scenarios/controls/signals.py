@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 
 from oilsim.core.quantity import Quantity, quantities
 from oilsim.oil.ledger import BoomOil, OilRows
-from scenarios.controls.table import Felt, driven_entries
-from scenarios.schema.bodies import Body, Fixed
+from scenarios.controls.table import driven_entries
+from scenarios.schema.bodies import Fixed
+from scenarios.schema.cross_checks import Parts
 from scenarios.schema.exercise import BoomSettings, body_of, segment_names
-from scenarios.schema.moorings import MooringSettings, TieSettings
-from scenarios.schema.recovery import SkimmerSettings
 
 if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant
@@ -37,26 +36,6 @@ SKIMMED = (("encountered", "m3"), ("oil", "m3"), ("aboard", "m3"), ("rate", "m3/
 PUSH = (("thrust", "N"), ("side_thrust", "N"), ("yaw_moment", "N m"))
 SHAPE = {"gap_ratio": "1", "normal_speed": "m/s", "effective_draft": "m", "skirt_angle": "rad"}
 SPEEDS = ("normal_speed_held", "first_loss_speed", "gross_loss_speed")
-
-
-class SignalTables(Felt, Protocol):
-    """The tables of a scenario that signals are about."""
-
-    @property
-    def bodies(self) -> Mapping[str, Body]:
-        """Bodies by name."""
-
-    @property
-    def moorings(self) -> Mapping[str, MooringSettings]:
-        """Mooring legs by name."""
-
-    @property
-    def ties(self) -> Mapping[str, TieSettings]:
-        """Lines between booms by name."""
-
-    @property
-    def skimmers(self) -> Mapping[str, SkimmerSettings]:
-        """Skimmers by name."""
 
 
 class ScoredBoom(Protocol):
@@ -125,7 +104,7 @@ class Signal:
         return self.read is None
 
 
-def signals_of(exercise: SignalTables) -> dict[str, Signal]:
+def signals_of(exercise: Parts) -> dict[str, Signal]:
     """List all signals of a scenario by name: its controls that may be driven, what its parts read, its oil ledger and scores."""
     found = list[Signal]()
     for path, section, value in driven_entries(exercise):

@@ -10,10 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass, replace
 from fnmatch import fnmatch
-from typing import Any, Protocol
+from typing import Any
 
-from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
-from scenarios.schema.liquid import PhaseSettings
+from scenarios.schema.cross_checks import Parts
 from scenarios.schema.parsing.structuring import spellings
 from scenarios.text.problems import Problem
 
@@ -71,30 +70,6 @@ SETTERS = tuple(dict.fromkeys(control.setter for control in CONTROLS if control.
 NEW_TABLES = ("sea.current", "sea.wind", "sea.waves", "emitters.*")
 
 
-class Felt(Protocol):
-    """The tables of a scenario that decide what its run feels; None for one that is missing, or could not be read."""
-
-    @property
-    def boxes(self) -> frozenset[str]:
-        """The kind of box that the run has particles in."""
-
-    @property
-    def tow(self) -> TowSettings | None:
-        """Orders to all vessels."""
-
-    @property
-    def vessels(self) -> Mapping[str, VesselSettings]:
-        """Vessels by name."""
-
-    @property
-    def booms(self) -> Mapping[str, BoomSettings]:
-        """Booms by name."""
-
-    @property
-    def phases(self) -> Mapping[str, PhaseSettings]:
-        """Liquids by name."""
-
-
 def matches(path: str, patterns: Sequence[str]) -> bool:
     """Return whether a path is one of these, which may have ``*`` for a name."""
     return any(fnmatch(path, pattern) for pattern in patterns)
@@ -118,15 +93,15 @@ def contradictions(paths: Sequence[Sequence[str]]) -> Iterator[Problem]:
         first[plain] = path
 
 
-def why_unfelt(keys: Sequence[str], scenario: Felt) -> str:
+def why_unfelt(keys: Sequence[str], parts: Parts) -> str:
     """Say why nothing in a run of this scenario feels an entry; empty if something does."""
-    table, boxes, what = keys[0], scenario.boxes, keys[2] if len(keys) > 2 else ""
-    boom = scenario.booms.get(keys[1]) if table == "booms" and what == "tow_line" else None
+    table, boxes, what = keys[0], parts.boxes, keys[2] if len(keys) > 2 else ""
+    boom = parts.booms.get(keys[1]) if table == "booms" and what == "tow_line" else None
     if boom is not None and boom.line_stiffness is None:
         return "cannot be ordered: the tow lines are rigid links; allowed: in runs with line_stiffness"
-    if table == "tow" and scenario.tow is None:
+    if table == "tow" and parts.tow is None:
         return "changes tow, but the run was started without it; allowed: tables that the run has"
-    if table == "emitters" and "tank" not in boxes and not any(phase.is_oil for phase in scenario.phases.values()):
+    if table == "emitters" and "tank" not in boxes and not any(phase.is_oil for phase in parts.phases.values()):
         return "cannot be ordered: the run has no tank, and no phase is oil; allowed: in runs with oil"
     if table == "sea" and "window" in boxes:
         return (
@@ -135,22 +110,22 @@ def why_unfelt(keys: Sequence[str], scenario: Felt) -> str:
     return ""
 
 
-def driven_entries(scenario: Felt) -> Iterator[tuple[str, Any, float]]:
+def driven_entries(parts: Parts) -> Iterator[tuple[str, Any, float]]:
     """Yield the path, the section and the present value of each number that signals may set, where something feels it."""
     for control in CONTROLS:
-        for path, section, value in entries_at(control.key, scenario) if control.driven else ():
+        for path, section, value in entries_at(control.key, parts) if control.driven else ():
             keys = path.split(".")
-            if isinstance(value, float | int) and not why_unfelt(keys, scenario) and _is_taken(control, keys, scenario):
+            if isinstance(value, float | int) and not why_unfelt(keys, parts) and _is_taken(control, keys, parts):
                 yield path, section, float(value)
 
 
-def _is_taken(control: Control, keys: Sequence[str], scenario: Felt) -> bool:
+def _is_taken(control: Control, keys: Sequence[str], parts: Parts) -> bool:
     """Tell whether a vessel takes thrust without a helmsman, has a winch, or follows the tow; true for all but such controls."""
     if control.setter == "push":
-        return scenario.vessels[keys[1]].control == "manual"
+        return parts.vessels[keys[1]].control == "manual"
     if control.key == "vessels.*.hauled":
-        return any(one.line_stiffness is not None and keys[1] in one.ends for one in scenario.booms.values())
-    return keys[0] != "tow" or any(one.follows_tow for one in scenario.vessels.values())
+        return any(one.line_stiffness is not None and keys[1] in one.ends for one in parts.booms.values())
+    return keys[0] != "tow" or any(one.follows_tow for one in parts.vessels.values())
 
 
 def entries_at(pattern: str, scenario: Any) -> Iterator[tuple[str, Any, Any]]:

@@ -286,7 +286,7 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
     """Return the board for the signals that FMUs drive, and the one for those that feed them; none without FMUs."""
     if not scenario.fmus:
         return (), ()
-    signals = signals_of(scenario)
+    signals = signals_of(scenario.parts)
     asked = {one.source_variable for one in connections_of(scenario.fmus).values() if one.source == READING_BOARD}
     orders = {name: signal for name, signal in signals.items() if signal.is_input}
     readings = {name: signals[name] for name in sorted(asked)}

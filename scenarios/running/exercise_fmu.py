@@ -183,7 +183,7 @@ def exercise_signals(scenario: Scenario) -> dict[str, Signal]:
         text = "is given, allowed: without them; an exported exercise takes its orders from its master"
         raise ScenarioError([Problem("injects", text)], scenario.name)
     driven = {one.target_variable for one in connections_of(scenario.fmus).values() if one.target == ORDER_BOARD}
-    free = {name: s for name, s in signals_of(scenario).items() if not (s.is_input and name in driven)}
+    free = {name: s for name, s in signals_of(scenario.parts).items() if not (s.is_input and name in driven)}
     if not free:
         text = "has no signals, allowed: with vessels, booms, bodies that move, or a steady wind or current"
         raise ScenarioError([Problem("", text)], scenario.name)

@@ -10,9 +10,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from scenarios.controls.inject_checks import condition_signals
+from scenarios.controls.order_checks import condition_signals, inject_problems
 from scenarios.controls.signals import RunParts
 from scenarios.spec.scenario import Scenario
+from scenarios.text.problems import ScenarioError
 
 WHOLE = 1e-6  # of a communication step that a time may lie before a communication point; numerical
 
@@ -21,9 +22,13 @@ class Injects:
     """Watches the conditions of a scenario's injects, and says which injects are due."""
 
     def __init__(self, scenario: Scenario, parts: RunParts) -> None:
+        """Watch a scenario as it begins; ScenarioError for orders and conditions that it cannot have."""
+        problems = list(inject_problems(scenario.parts))
+        if problems:
+            raise ScenarioError(problems, scenario.name)
         self._scenario, self._parts = scenario, parts
         watched = {name: one for name, one in scenario.injects.items() if one.when is not None}
-        signals = condition_signals(scenario) if watched else {}
+        signals = condition_signals(scenario.parts) if watched else {}
         self._reads = {name: signals[one.when.signal].read for name, one in watched.items() if one.when is not None}
         self._met: dict[str, int] = {}  # communication point at which a condition was met first
         self._skipped: set[str] = set()

@@ -5,18 +5,19 @@ from __future__ import annotations
 import hashlib
 import json
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from scenarios.controls.table import KEYS, NEW_TABLES, contradictions, matches, plain_path, why_unfelt
+from scenarios.controls.order_checks import PARTED, entries_of, leaves, order_problems, with_order
+from scenarios.controls.table import contradictions, matches, plain_path
 from scenarios.schema.bodies import MeshBody
-from scenarios.schema.parsing.overrides import parse_override, with_override
-from scenarios.schema.parsing.structuring import as_data, spellings
-from scenarios.spec.load import scenario_from
+from scenarios.schema.parsing.overrides import parse_override
+from scenarios.schema.parsing.structuring import as_data
+from scenarios.spec.load import changed_scenario, scenario_from
 from scenarios.spec.scenario import Scenario
-from scenarios.text.problems import Problem, ScenarioError, moved
+from scenarios.text.problems import Problem, ScenarioError
 
 # Terms of a run that its course does not depend on.
 TERM_KEYS = (
@@ -119,7 +120,9 @@ class Plan:
         before = self.scenario_at(index)
         _require_apart(settings)
         orders = tuple(_last_of_each(_with_injects(settings, before)))
-        _require_orders(before, orders)
+        problems = order_problems(orders, before.parts)
+        if problems:
+            raise ScenarioError(problems, "oilsim")
         place = sum(action.index <= index for action in self.actions)
         action = Action(index=index, settings=orders)
         plan = replace(self, actions=(*self.actions[:place], action, *self.actions[place:]))
@@ -144,7 +147,7 @@ class Plan:
     def fingerprint(self, index: int) -> str:
         """Return a digest of all that this run depends on up to the communication point `index`; terms are left out, files are read."""
         data = as_data(self.scenario)
-        course = {path: value for path, value in _leaves(data) if not matches(path, TERM_KEYS)}
+        course = {path: value for path, value in leaves(data) if not matches(path, TERM_KEYS)}
         actions = [[action.index, action.settings] for action in self.actions if action.index < index]
         digests = [_digest(file) for file in self.files.values()]
         return hashlib.sha256(json.dumps([course, actions, digests], sort_keys=True).encode()).hexdigest()
@@ -183,129 +186,22 @@ def _last_of_each(settings: Sequence[str]) -> list[str]:
     """Keep only the last of several settings of one entry: it rules; but joints that part add up."""
     paths = [setting.partition("=")[0].split(".") for setting in settings]
     last = {plain_path(keys): place for place, keys in enumerate(paths)}
-    kept = {place for place, keys in enumerate(paths) if _parts_joints(keys)}
+    kept = {place for place, keys in enumerate(paths) if matches(".".join(keys), PARTED)}
     return [settings[place] for place in sorted(kept.union(last.values()))]
-
-
-def _parts_joints(keys: Sequence[str]) -> bool:
-    """Return whether a key names the joints of a boom that part."""
-    return matches(".".join(keys), ["booms.*.parted"])
 
 
 def _is_term(scenario: Scenario, setting: str) -> bool:
     """Return whether a setting is one of the terms of a run, which its course does not depend on, rather than an order."""
     keys, _ = parse_override(setting)
-    return all(matches(path, TERM_KEYS) for path in _entries_of(keys, as_data(scenario)))
-
-
-def _require_orders(scenario: Scenario, settings: Sequence[str]) -> None:
-    """Raise ScenarioError unless all settings, given together, are orders to a run of this scenario.
-
-    A setting that changes nothing is judged by its key: an order is given, and logged, even if it already holds.
-    """
-    before = as_data(scenario)
-    problems: list[Problem] = []
-    readable: dict[str, tuple[str, ...]] = {}
-    for setting in settings:
-        try:
-            _with_setting(before, setting)
-            keys, value = parse_override(setting)
-            if text := moved(".".join(keys)):
-                problems.append(Problem(f"--set {'.'.join(keys)}", text))
-                continue
-            readable[setting] = keys
-            if matches(".".join(keys), ["injects.*.given"]) and _was_given(scenario, keys[1]):
-                problems.append(Problem(f"--set {'.'.join(keys)}", "has been given already, allowed: once"))
-            if _parts_joints(readable[setting]) and value == []:
-                text = "is [], allowed: numbers of joints that part; one that has parted stays so"
-                problems.append(Problem(f"--set {'.'.join(readable[setting])}", text))
-        except ScenarioError as error:
-            problems.extend(error.problems)
-    felt = [setting for setting, keys in readable.items() if not why_unfelt(keys, scenario)]
-    try:
-        after = as_data(_with_settings(scenario, felt))
-    except ScenarioError as error:
-        problems.extend(error.problems)
-        after = before
-    for setting, keys in readable.items():
-        if setting in felt:
-            problems.extend(_not_orders(keys, before, after))
-        else:
-            problems.append(Problem(f"--set {'.'.join(keys)}", why_unfelt(keys, scenario)))
-    problems.extend(_mended(before, after))
-    if problems:
-        raise ScenarioError(problems, "oilsim")
-
-
-def _was_given(scenario: Scenario, inject: str) -> bool:
-    return inject in scenario.injects and scenario.injects[inject].given
-
-
-def _mended(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield the mooring legs and ties that would hold again but have parted, and ties that would be loose again."""
-    for name, tie in before.get("ties", {}).items():
-        if tie["made_fast"] and not after["ties"][name]["made_fast"]:
-            text = f"is false, allowed: true, because the tie has been made fast; ties.{name}.parted=true casts it off"
-            yield Problem(f"--set ties.{name}.made_fast", text)
-        if tie["parted"] and after["ties"][name]["made_fast"] and not tie["made_fast"]:
-            yield Problem(f"--set ties.{name}.made_fast", "is true, allowed: false, because the tie has parted")
-    for table, what in (("moorings", "leg"), ("ties", "tie")):
-        for name, line in before.get(table, {}).items():
-            if line["parted"] and not after[table][name]["parted"]:
-                yield Problem(f"--set {table}.{name}.parted", f"is false, allowed: true, because the {what} has parted")
-
-
-def _not_orders(keys: tuple[str, ...], before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield a problem for every entry under a key, among all that changed, that can only be set before a run."""
-    old, new = dict(_leaves(before)), dict(_leaves(after))
-    changed = sorted(path for path in old.keys() | new.keys() if old.get(path) != new.get(path))
-    for path in [path for path in changed if _overlap(path, keys)] or _entries_of(keys, before):
-        if not matches(path, KEYS) and not _is_new(path, before):
-            added = f"what a run began without: {', '.join(NEW_TABLES)}; with --resume: {', '.join(TERM_KEYS[:2])}"
-            yield Problem(f"--set {path}", f"cannot be changed during a run, allowed: {', '.join(KEYS)}; {added}")
-
-
-def _is_new(path: str, before: Mapping[str, Any]) -> bool:
-    """Return whether a path lies in a table that an order may add, and that is not there before."""
-    outer, _, rest = path.partition(".")
-    name = rest.partition(".")[0]
-    return matches(f"{outer}.{name}", NEW_TABLES) and name not in before.get(outer, {})
+    return all(matches(path, TERM_KEYS) for path in entries_of(keys, as_data(scenario)))
 
 
 def _with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
     """Return the scenario with all settings, given together; ScenarioError if that is none."""
     data = as_data(scenario)
     for setting in settings:
-        data = _with_setting(data, setting)
-    return scenario_from(data)
-
-
-def _with_setting(data: Mapping[str, Any], setting: str) -> dict[str, Any]:
-    """Return plain data with a setting; joints of a boom that part do so beside those that have."""
-    keys, value = parse_override(setting)
-    if _parts_joints(keys) and isinstance(value, list):
-        parted = data.get("booms", {}).get(keys[1], {}).get("parted", [])
-        value = [*parted, *(number for number in value if number not in parted)]
-    return with_override(data, keys, value)
-
-
-def _overlap(path: str, keys: Sequence[str]) -> bool:
-    """Return whether a path, in any spelling, is what a key names, contains it, or lies in it."""
-    return all(part in spellings(key) for part, key in zip(path.split("."), keys, strict=False))
-
-
-def _entries_of(keys: Sequence[str], data: Mapping[str, Any]) -> list[str]:
-    """List the paths of all entries that a key, in any spelling, names, contains or lies in; the key itself if there is none."""
-    return [path for path, _ in _leaves(data) if _overlap(path, keys)] or [".".join(keys)]
-
-
-def _leaves(data: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield every entry that is not a table, with its path; lists are entries."""
-    for key, value in data.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{path}{key}.")
-        else:
-            yield f"{path}{key}", value
+        data = with_order(data, *parse_override(setting))
+    return changed_scenario(data)
 
 
 def _digest(path: Path) -> str:

@@ -8,13 +8,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, get_args
 
+from scenarios.schema.cross_checks import NAMED_TABLES, Parts
 from scenarios.schema.parsing.compass import without_compass
 from scenarios.schema.parsing.overrides import merged, parse_override, with_override
 from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import COMPASS, structure
 from scenarios.schema.window import ALONE, WindowTable, tables_by_name
-from scenarios.spec.cross_checks import NAMED_TABLES, Parts, problems_between
-from scenarios.spec.scenario import Scenario
+from scenarios.spec.scenario import Scenario, problems_of
 from scenarios.text.problems import MOVED, Problem, ScenarioError, moved, suggestion, unknown
 from scenarios.text.toml import read_toml_file
 
@@ -85,17 +85,43 @@ def load_scenario(source: str | Path, *, overrides: Sequence[str] = (), demo: bo
 
 def scenario_from(data: Mapping[str, Any], folder: Path | None = None) -> Scenario:
     """Build a scenario from plain data; relative mesh files are searched in `folder`. ScenarioError with every problem found."""
+    scenario, parts, problems = _read(data, folder)
+    if parts.injects:
+        from scenarios.controls.order_checks import inject_problems  # only such a file pays for the signals of a run
+
+        problems += inject_problems(parts)
+    return _sound(scenario, problems)
+
+
+def changed_scenario(data: Mapping[str, Any]) -> Scenario:
+    """Build a scenario that a run's orders have changed: as `scenario_from`, but injects are as they were at the start."""
+    scenario, _, problems = _read(data)
+    return _sound(scenario, problems)
+
+
+def _sound(scenario: Scenario | None, problems: list[Problem]) -> Scenario:
+    if scenario is None or problems:
+        raise ScenarioError(problems)
+    return scenario
+
+
+def _read(data: Mapping[str, Any], folder: Path | None = None) -> tuple[Scenario | None, Parts, list[Problem]]:
+    """Read plain data: the scenario if all is well with its tables, those that could be read, and the problems."""
     data, renamed = _without_moved(data)
     data, misread = without_compass(_with_paths(data, folder or Path.cwd()))
     misread = [*renamed, *misread]
     sound, problems = _structured(data)
     unread = [_field_of(fault) for fault in misread if fault not in renamed]
     problems = misread + [one for one in problems if one.path not in unread]
-    if not problems:
-        return Scenario(**sound)
     names = {table: tuple(data[table]) if isinstance(data.get(table), Mapping) else () for table in NAMED_TABLES}
-    parts = {name: sound[name] for name in Parts.__dataclass_fields__ if name in sound}
-    raise ScenarioError([*problems, *problems_between(Parts(names=names, given=frozenset(data), **parts))])
+    tables = {name: sound[name] for name in Parts.__dataclass_fields__ if name in sound}
+    parts = Parts(names=names, given=frozenset(data), **tables)
+    if problems:
+        return None, parts, [*problems, *problems_of(parts)]
+    try:
+        return Scenario(**sound), parts, []
+    except ScenarioError as error:
+        return None, parts, list(error.problems)
 
 
 def _without_moved(data: Mapping[str, Any], path: str = "") -> tuple[dict[str, Any], list[Problem]]:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 
 from scenarios.schema.bodies import Body
 from scenarios.schema.criteria import CriterionSettings
+from scenarios.schema.cross_checks import NAME_ALLOWED, NAME_PATTERN, NAMED_TABLES, Parts, problems_between
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
@@ -27,7 +28,6 @@ from scenarios.schema.run_settings import CameraSettings, Fidelity, Level, Recor
 from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.training import ExerciseSettings
 from scenarios.schema.window import WindowTable
-from scenarios.spec import cross_checks
 from scenarios.text.problems import Problem
 
 __all__ = ["CameraSettings", "RecordingSettings", "RunSettings", "Scenario", "SiteSettings"]
@@ -84,14 +84,14 @@ class Scenario(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Yield the problems between the tables: references, places, sizes."""
-        if not re.fullmatch(cross_checks.NAME_PATTERN, self.name):
-            yield Problem("name", f"is {self.name!r}, allowed: {cross_checks.NAME_ALLOWED}")
-        yield from cross_checks.problems_between(self._parts())
+        if not re.fullmatch(NAME_PATTERN, self.name):
+            yield Problem("name", f"is {self.name!r}, allowed: {NAME_ALLOWED}")
+        yield from problems_of(self.parts)
 
     @property
     def boxes(self) -> frozenset[str]:
         """The kind of box that the run has particles in, "tank" or "window"; empty without any."""
-        return self._parts().boxes
+        return self.parts.boxes
 
     def skimmers_at(self, boom: str) -> tuple[str, ...]:
         """Return the names of the skimmers that may take the oil of a boom: on it, or on no boom."""
@@ -105,10 +105,23 @@ class Scenario(Section):
         height, period = self.sea.height_and_period
         return math.pi * height / period if period else 0.0
 
-    def _parts(self) -> cross_checks.Parts:
-        """Collect the parts of this scenario, for the checks between them."""
-        names = {table: tuple(getattr(self, table)) for table in cross_checks.NAMED_TABLES}
-        fields = cross_checks.Parts.__dataclass_fields__
-        parts = {name: getattr(self, name) for name in fields if name not in ("names", "given")}
+    @property
+    def parts(self) -> Parts:
+        """The tables of this scenario, as the checks between them and the controls of a run read them."""
+        names = {table: tuple(getattr(self, table)) for table in NAMED_TABLES}
+        parts = {name: getattr(self, name) for name in Parts.__dataclass_fields__ if name not in ("names", "given")}
         given = frozenset(name for name, part in parts.items() if part is not None and part != {})
-        return cross_checks.Parts(names=names, given=given, **parts)
+        return Parts(names=names, given=given, **parts)
+
+
+def problems_of(parts: Parts) -> Iterator[Problem]:
+    """Yield every problem that concerns more than one table, but those of injects, which a run's orders may change.
+
+    Code for FMUs is imported only if there are some.
+    """
+    yield from problems_between(parts)
+    if parts.fmus:
+        from scenarios.controls.fmu_checks import fmu_problems
+        from scenarios.controls.signals import signals_of
+
+        yield from fmu_problems(parts.fmus, signals_of(parts))

@@ -54,7 +54,7 @@ def signal_trial(seed: int, exercise: tuple[Scenario, Assembly]) -> int:
     """Set a signal of a run, or go back to values of signals that somebody has made up."""
     chance = random.Random(seed)
     scenario, assembly = exercise
-    signals = signals_of(scenario)
+    signals = signals_of(scenario.parts)
     board = SignalBoard("orders", {name: signal for name, signal in signals.items() if signal.is_input}, assembly.parts)
     name, number = chance.choice(list(signals)), chance.choice(NUMBERS)
     value: Any = chance.choice(

@@ -130,7 +130,9 @@ def test_all_oil_is_accounted_for_once_at_every_communication_point(
         assert sum(one.contained + one.all_lost for one in own) > 1.1 * oil["spilled"]
     if which == "alone":  # what its own history says, which an exported exercise gives
         signals = {
-            name: signal.read(assembly.parts) for name, signal in signals_of(scenario).items() if not signal.is_input
+            name: signal.read(assembly.parts)
+            for name, signal in signals_of(scenario.parts).items()
+            if not signal.is_input
         }
         assert signals["booms.a.oil_contained"] == signals["oil.contained"] == pytest.approx(oil["contained"])
         assert signals["booms.a.oil_afloat"] == signals["oil.afloat"] == pytest.approx(oil["afloat"])

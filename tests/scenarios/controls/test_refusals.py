@@ -30,6 +30,7 @@ def tow(more: str = INJECT) -> Scenario:
         (["tow.speed=0.3", "tow.speed=0.4"], "tow.speed is given twice, allowed: once"),
         (["booms.main.tow_line=1e6"], "booms.main.tow_line is 1000000.0, allowed: 0 or more and at most 2000 m"),
         (["vessels.port.hauled=-1e6"], "vessels.port.hauled is -1000000.0, allowed: -2000 or more and at most 2000 m"),
+        (["vessels.port.hauled=50.0"], "vessels.port.hauled is 50, allowed: below 2 m, the length of its tow line"),
         (["vessels.port.thrust_order=9.0"], 'thrust_order is 9, allowed: only with control = "manual"'),
     ],
 )
@@ -48,6 +49,16 @@ def test_an_inject_is_given_once() -> None:
         plan.ordered(["injects.parts.given=true"], 2)
 
 
+def test_a_wind_that_comes_first_is_not_refused_for_a_wind_that_comes_no_more() -> None:
+    """The second inject adds a wind with a layer of its own, which no order may change once there is a wind."""
+    wind = "sea.wind={{kind='steady', speed={}, drift_layer={}}}"
+    one, two = wind.format(3, 0.2), wind.format(4, 0.3)
+    plan = Plan(scenario=tow(f'\n[injects.one]\norders = ["{one}"]\n[injects.two]\norders = ["{two}"]\n'))
+    after = plan.ordered(["injects.one.given=true"], 1)
+    with pytest.raises(ScenarioError, match=r"sea\.wind\.drift_layer cannot be changed during a run"):
+        after.ordered(["injects.two.given=true"], 2)
+
+
 @pytest.mark.parametrize("role", ["instructor", "Observer"])
 def test_no_vessel_passes_for_a_role(role: str) -> None:
     text = small_tow(duration=1.0, communication_step=0.1, frame_rate=5).replace("starboard", role)
@@ -56,7 +67,7 @@ def test_no_vessel_passes_for_a_role(role: str) -> None:
 
 
 def test_scores_are_signals_and_an_exercise_without_signals_says_so() -> None:
-    assert "booms.main.normal_speed_held" in signals_of(tow())
+    assert "booms.main.normal_speed_held" in signals_of(tow().parts)
     nothing = replace(tow("\n"), booms={}, vessels={}, tow=None)
     with pytest.raises(ScenarioError, match="has no signals, allowed: with vessels, booms"):
         exercise_signals(nothing)

@@ -83,7 +83,7 @@ def assembly(scenario: Scenario) -> Assembly:
 
 
 def inputs_of(scenario: Scenario) -> dict[str, Signal]:
-    return {name: signal for name, signal in signals_of(scenario).items() if signal.is_input}
+    return {name: signal for name, signal in signals_of(scenario.parts).items() if signal.is_input}
 
 
 def refused(call: Callable[[], object], one: Input, value: float) -> None:

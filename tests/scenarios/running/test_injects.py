@@ -234,7 +234,7 @@ orders = ["emitters.leak.speed=1"]
         "injects.c.when.signal is 'vessels.port.speeed', which is no signal of the run, did you mean 'vessels.port.speed'?",
         "injects.c.orders has vessels.port.engine, which is 'off'",
         "injects.c.orders has vessels.prot.engine, which names 'prot', which is no entry of vessels, did you mean 'port'?",
-        "injects.c.orders has fluid.particle_spacing, which cannot be ordered",
+        "injects.c.orders has fluid.particle_spacing, which cannot be changed during a run, allowed: tow.speed",
         "injects.c.orders has 'nonsense', allowed: key=value",
         "injects.d.orders is empty",
         "injects.e.orders has sea.wind.speed, which is 900",

@@ -350,7 +350,7 @@ def test_orders_of_the_tow_do_not_reach_vessels_with_a_route_of_their_own() -> N
         for entry in ("waypoints=[[50.0,0.0]]", "transit=0.3")
     ]
     followed, alone = (load_scenario("sweep-200m", overrides=changes).scenario for changes in ([], routes))
-    assert "tow.speed" in signals_of(followed) and "tow.speed" not in signals_of(alone)
+    assert "tow.speed" in signals_of(followed.parts) and "tow.speed" not in signals_of(alone.parts)
 
 
 def test_signals_reach_what_they_are_called_after(folder: Path) -> None:

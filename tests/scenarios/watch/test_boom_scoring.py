@@ -220,7 +220,9 @@ def told_by_hand() -> tuple[dict[int, dict[str, float]], dict[int, set[str]]]:
         point = round(second / scenario.run.communication_step)
         asked.look(point)
         due[second] = set(asked.due(scenario, point))
-        signals[second] = {name: one.read(parts) for name, one in signals_of(scenario).items() if not one.is_input}
+        signals[second] = {
+            name: one.read(parts) for name, one in signals_of(scenario.parts).items() if not one.is_input
+        }
     return signals, due
 
 

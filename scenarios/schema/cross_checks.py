@@ -141,10 +141,6 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _sea_in_a_tank(parts.sea, parts.fluid, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
-    if parts.fmus:
-        yield from _fmus(parts)
-    if parts.injects:
-        yield from _injects(parts)
     yield from _window(parts)
 
 
@@ -427,18 +423,3 @@ def _numbers(fluid: FluidSettings, tank: Tank, fills: Iterable[Fill]) -> Iterato
     if furthest > spacings * d:
         text = f"reaches {furthest:g} m from the origin, allowed: {spacings * d:g} m, {spacings:.0f} fluid.particle_spacing"
         yield Problem("tank", text)
-
-
-def _fmus(parts: Parts) -> Iterator[Problem]:
-    """Check FMUs and their connections; code for FMUs is imported only if there are some."""
-    from scenarios.controls.fmu_checks import fmu_problems
-    from scenarios.controls.signals import signals_of
-
-    yield from fmu_problems(parts.fmus, signals_of(parts))
-
-
-def _injects(parts: Parts) -> Iterator[Problem]:
-    """Check the orders and conditions of injects; the signals of a run are imported only if there are some."""
-    from scenarios.controls.inject_checks import inject_problems
-
-    yield from inject_problems(parts)
