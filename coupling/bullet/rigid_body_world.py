@@ -28,7 +28,7 @@ from coupling.multibody.prescribed_motion import (
     Quaternion,
     Vector,
 )
-from coupling.multibody.rigid_state import Holds, pose_of, twist_of
+from coupling.multibody.rigid_state import pose_of, twist_of
 from coupling.multibody.step_length import CHOSEN_FOR, step_rate
 from coupling.solids.bodies import MassProperties, require_closed
 from oilsim.core.physical_constants import GRAVITY
@@ -71,7 +71,6 @@ class RigidBodyWorld(BodyLines):
         self._free: list[Body] = []
         self._prescribed: list[tuple[Body, PrescribedMotion]] = []
         self._last_duration = sub_step
-        self._holds = Holds(self._state)
         self._client = BulletClient(gravity, solver_iterations)
         self._engine = EngineStep(self._client, self._state, self._gravity)
         self._mobility = ConstrainedMobility(self._state, self._gravity, sub_step)
@@ -164,18 +163,6 @@ class RigidBodyWorld(BodyLines):
         self._engine.forget()
         self._mobility.forget()
 
-    def hold_until(self, name: str, time: float) -> None:
-        """Hold a free body where it is, without motion, until the end of the step that reaches `time` [s]; then it moves freely.
-
-        While it is held it answers no force, as a fixed body does. ValueError for a body that is not free, or that joints hold.
-        """
-        body = self._body(name)
-        if body.motion != "free" or body.is_jointed:
-            raise ValueError(
-                f"rigid bodies: {name!r} cannot be held until {time:g} s, allowed: a free body without joints"
-            )
-        self._holds.add(body.row, time, self.time)
-
     def add_half_space(self, point: Vector, normal: Vector, friction: float = FRICTION) -> None:
         """Let free bodies run into a plane through `point` [m], such as a tank's side; `normal`, a unit vector, points to their side."""
         self._client.add_half_space(point, normal, friction)
@@ -187,7 +174,7 @@ class RigidBodyWorld(BodyLines):
         """Hold two bodies together at `point` (world frame, [m]), free to turn; with `body_b` None, hold one to the world.
 
         Two joints on a line make a hinge. Jointed bodies do not collide with each other. Raises ValueError for a name in use, an unknown
-        body, one that is held (`hold_until`), or another kind.
+        body, or another kind.
         """
         if name in self._joints or name in self._parted:
             raise ValueError(f"rigid bodies: joint {name!r} is added twice, allowed: each name once")
@@ -195,11 +182,6 @@ class RigidBodyWorld(BodyLines):
             raise ValueError(f"rigid bodies: joint {name!r} is of the kind {kind!r}, allowed: 'point'")
         first = self._body(body_a)
         second = None if body_b is None else self._body(body_b)
-        for body in (first, second):
-            if body is not None and body.row in self._holds.held:
-                raise ValueError(
-                    f"rigid bodies: joint {name!r} is on {body.name!r}, which is held, allowed: bodies that have been released"
-                )
         first_point = self._own_point(first, point)
         second_point = np.array(point) if second is None else self._own_point(second, point)
         self._joints[name] = self._client.add_joint(
@@ -349,7 +331,6 @@ class RigidBodyWorld(BodyLines):
         self.time = time
         for body, motion in self._prescribed:
             self._place(body, motion.at(time))
-        self._holds.settle(self.time)
 
     def advance(self, duration: float) -> None:
         """Advance by `duration` [s] under the wrenches as set, in equal stretches not longer than the longest sub-step."""
@@ -371,7 +352,6 @@ class RigidBodyWorld(BodyLines):
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
-        self._holds.settle(self.time)
 
     def save_state(self) -> dict[str, object]:
         """Return everything that moves, as plain data that can be pickled."""
@@ -403,7 +383,6 @@ class RigidBodyWorld(BodyLines):
         self._mobility.moved()
         self.time = float(time)  # type: ignore[arg-type]
         self._last_duration = float(state["last_duration"])  # type: ignore[arg-type]
-        self._holds.settle(self.time)
 
     def close(self) -> None:
         """Disconnect the client; the world cannot be used afterwards."""
@@ -440,9 +419,6 @@ class RigidBodyWorld(BodyLines):
         pull = self.lines.pull_for(sub_step, self._state.pose, self._state.twist)
         wrench = self._state.wrench + self._state.applied_wrench + pull + self._state.sea_load
         free, prescribed = self._free, [(body, motion.at(end)) for body, motion in self._prescribed]
-        if self._holds.held:
-            prescribed += [(body, self._holds.rest(body.row)) for body in free if body.row in self._holds.held]
-            free = [body for body in free if body.row not in self._holds.held]
         forces, joint_wrench = self._mobility.forces(self.time, wrench, sub_step)
         if free:
             handed = wrench + joint_wrench

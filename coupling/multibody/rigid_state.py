@@ -74,13 +74,6 @@ class RigidBodyState(SavedFields):
         self.own_inverse_inertia[~self.is_free] = 0.0
         self._ease = np.where(self.is_free, 1.0 / self.mass, 0.0)
 
-    def hold(self, row: int, held: bool) -> None:
-        """Let a body answer no force, as a fixed one does, or move freely again."""
-        self.is_free[row] = not held
-        self._ease[row] = 0.0 if held else 1.0 / self.mass[row]
-        self.own_inverse_inertia[row] = 0.0 if held else np.linalg.inv(self.inertia[row])
-        self._kept = None
-
     def _at_pose(self) -> tuple[Array, Array]:
         """Return `world_inertia` and `inverse_inertia`, which are kept until a body moves."""
         if self._kept is None or not np.array_equal(self._kept[0], self.pose):
@@ -266,31 +259,3 @@ def pose_of(motion: Motion) -> Array:
 def twist_of(motion: Motion) -> Array:
     """Return linear [m/s] and angular velocity [rad/s] (6,)."""
     return np.concatenate([motion.linear_velocity, motion.angular_velocity])
-
-
-_SLACK = 1e-9  # [s] by which a time may miss the release and count
-
-
-class Holds:
-    """The holds of free bodies, such as a boat on its cradle: while one lasts, the body answers no force, as a fixed body does."""
-
-    def __init__(self, state: RigidBodyState) -> None:
-        self._state = state
-        self._releases: dict[int, float] = {}  # by row [s]
-        self.held: frozenset[int] = frozenset()  # rows of the bodies that are held now
-
-    def add(self, row: int, release: float, now: float) -> None:
-        """Hold the body of a row until `release` [s]; the time is `now` [s]."""
-        self._releases[row] = release
-        self.settle(now)
-
-    def settle(self, now: float) -> None:
-        """Hold, and release, the bodies whose time it is at `now` [s]."""
-        self.held = frozenset(row for row, release in self._releases.items() if now < release - _SLACK)
-        for row in self._releases:
-            self._state.hold(row, row in self.held)
-
-    def rest(self, row: int) -> Motion:
-        """Return a body's place, at rest."""
-        pose = self._state.pose[row]
-        return Motion(pose[:3].copy(), pose[3:].copy())

@@ -96,10 +96,3 @@ def wave_number_on_current(
 def steepest_height(wave_number: float, depth: float) -> float:
     """Return the height crest to trough [m] at which a regular wave breaks: 0.142 L tanh(kh) (Miche 1944)."""
     return float(MICHE * 2.0 * np.pi / wave_number * np.tanh(wave_number * depth))
-
-
-def second_harmonic(amplitude: float, wave_number: float, depth: float) -> float:
-    """Return the amplitude [m] of the bound second harmonic, k a^2 / 4 cosh kh (2 + cosh 2kh) / sinh^3 kh."""
-    k, a, tanh = wave_number, amplitude, math.tanh(wave_number * depth)
-    # cosh kh (2 + cosh 2kh) / sinh^3 kh = (3 - tanh^2) / tanh^3, finite in water however deep
-    return 0.25 * k * a * a * (3.0 - tanh * tanh) / tanh**3

@@ -125,24 +125,24 @@ class FlowTable:
     """A flow given at times, between which its components change linearly.
 
     A time outside the table is an error: nothing is extrapolated. Raises ValueError, with all faults and the rows where they are, for
-    arrays that do not fit together, values that are not finite, times that do not rise, and gaps: intervals longer than `longest_gap`.
+    arrays that do not fit together, values that are not finite, times that do not rise, and gaps: intervals longer than 2.5 median ones.
     """
 
-    def __init__(self, time: ArrayLike, velocity: ArrayLike, *, longest_gap: float | None = None) -> None:
-        """Take the times (N,) [s] and velocities (N, 2) [m/s]; longest_gap [s] is by default 2.5 median intervals."""
+    def __init__(self, time: ArrayLike, velocity: ArrayLike) -> None:
+        """Take the times (N,) [s] and velocities (N, 2) [m/s]."""
         self.time, self.values = np.array(time, np.float64), np.array(velocity, np.float64)
         if self.time.ndim != 1 or self.values.shape != (self.time.size, 2) or self.time.size < 2:
             raise ValueError(
                 f"flow table: time has the shape {self.time.shape}, velocity {self.values.shape}, allowed: (N,) and (N, 2), N of 2 or more"
             )
-        faults = self._faults(longest_gap)
+        faults = self._faults()
         if faults:
             raise ValueError("flow table: " + "; ".join(faults))
         self.time.flags.writeable = self.values.flags.writeable = False
         step = np.diff(self.time)[:, None]
         self._travel = np.vstack([np.zeros(2), np.cumsum(0.5 * (self.values[1:] + self.values[:-1]) * step, 0)])
 
-    def _faults(self, longest_gap: float | None) -> list[str]:
+    def _faults(self) -> list[str]:
         """Describe what is wrong with the times and the values."""
         if not np.isfinite(self.time).all():
             return [f"time of row {np.flatnonzero(~np.isfinite(self.time))[0]} is not finite, allowed: finite, in s"]
@@ -162,21 +162,12 @@ class FlowTable:
                 f"time goes from {self.time[row]:g} s to {self.time[row + 1]:g} s at row {row + 1}, allowed: times that rise"
             )
             return faults
-        limit = GAP * float(np.median(step)) if longest_gap is None else longest_gap
+        limit = GAP * float(np.median(step))
         for row in np.flatnonzero(step > limit)[:3]:
             faults.append(
                 f"a gap of {step[row]:g} s follows {self.time[row]:g} s, allowed: intervals up to {limit:g} s"
             )
         return faults
-
-    @classmethod
-    def from_speed(
-        cls, time: ArrayLike, speed: ArrayLike, direction: ArrayLike, *, longest_gap: float | None = None
-    ) -> FlowTable:
-        """Build a table from times (N,) [s], speeds (N,) [m/s] and directions to which it flows (N,) [rad from +x]."""
-        speed, direction = np.broadcast_arrays(np.asarray(speed, np.float64), np.asarray(direction, np.float64))
-        velocity = np.stack([speed * np.cos(direction), speed * np.sin(direction)], -1)
-        return cls(time, velocity, longest_gap=longest_gap)
 
     def _row(self, time: float) -> int:
         """Return the row before `time`; ValueError for one outside the table."""

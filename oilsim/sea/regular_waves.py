@@ -11,7 +11,6 @@ import numpy as np
 from oilsim.core.quantity import quantity, require
 from oilsim.sea.dispersion_relation import (
     current_share,
-    second_harmonic,
     steepest_height,
     wave_number,
     wave_number_on_current,
@@ -19,11 +18,8 @@ from oilsim.sea.dispersion_relation import (
 from oilsim.sea.flows import Flow, SteadyFlow, heading
 from oilsim.sea.wave_components import StillWater, WaveComponents
 
-THEORIES = ("linear", "stokes-2")
 STRETCHINGS = ("wheeler", "none")
 SEEN_FROM = ("water", "ground")
-# [1] second harmonic over the first from which a trough has a crest of its own; theory (Dean and Dalrymple 1991, sec. 11.2); 1/4
-LARGEST_HARMONIC = 0.25
 
 
 def chosen(name: str, value: object, allowed: tuple[str, ...]) -> Iterator[str]:
@@ -67,8 +63,7 @@ class RegularWaves:
     period     [s] as seen from the water, which carries its waves along, or from the ground: `seen_from`
     direction  [rad] it runs to, counter-clockwise from +x
     phase      [rad] of the crest at the origin at time 0
-    theory     "linear", or "stokes-2": second order of steepness
-    stretching of linear waves: "wheeler", or "none": the values at the still level hold above it
+    stretching "wheeler", or "none": the values at the still level hold above it
     Raises ValueError for values that are not allowed.
     """
 
@@ -76,7 +71,6 @@ class RegularWaves:
     period: float = quantity("s", above=0.0)
     direction: float = quantity("rad", default=0.0)
     phase: float = quantity("rad", default=0.0)
-    theory: str = "linear"
     stretching: str = "wheeler"
     seen_from: str = "water"
 
@@ -84,14 +78,13 @@ class RegularWaves:
         require("waves", RegularWaves, vars(self), self._problems())
 
     def _problems(self) -> Iterator[str]:
-        yield from chosen("theory", self.theory, THEORIES)
         yield from chosen("stretching", self.stretching, STRETCHINGS)
         yield from chosen("seen_from", self.seen_from, SEEN_FROM)
 
     def components(self, water: StillWater, flow: Flow | None, shear_exponent: float) -> WaveComponents:
         """Return the wave as one component, each array (1,): [m], [1/m], [rad/s], [rad] as in `WaveComponents`.
 
-        Raises ValueError for a wave that is too steep for the water or for the theory.
+        Raises ValueError for a wave that is too steep for the water.
         """
         periods, directions = np.array([self.period]), np.array([self.direction])
         k, sigma, share = water_numbers(periods, directions, self.seen_from, water, flow, shear_exponent)
@@ -107,11 +100,3 @@ class RegularWaves:
                 f"waves: height is {self.height:g} m, allowed: below {limit:.4g} m, where waves of {2.0 * math.pi / k:.4g} m break "
                 f"in water of {depth:g} m (Miche 1944)"
             )
-        if self.theory == "stokes-2":
-            harmonic = second_harmonic(0.5 * self.height, k, depth)
-            if harmonic > LARGEST_HARMONIC * 0.5 * self.height:
-                allowed = self.height * LARGEST_HARMONIC * 0.5 * self.height / harmonic
-                raise ValueError(
-                    f"waves: height is {self.height:g} m with theory 'stokes-2', allowed: up to {allowed:.4g} m in water of {depth:g} m, "
-                    "above which the second order gives the trough a crest of its own"
-                )

@@ -13,13 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim.backend.jit import FAST
 from oilsim.sea.description import Continuation, SeaDescription, profile
-from oilsim.sea.dispersion_relation import second_harmonic
 from oilsim.sea.flows import SteadyFlow
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.langmuir import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
 from oilsim.sea.linear_waves import WaveField, linear_field, sum_elevation
 from oilsim.sea.regular_waves import RegularWaves
-from oilsim.sea.stokes_waves import add_harmonic, stokes_field
 from oilsim.sea.vector_math import sine_cosine
 from oilsim.sea.wave_components import NO_WAVES, WaveComponents
 
@@ -63,7 +61,6 @@ class Sea:
         self._water = description.water
         waves = description.waves
         self._waves = NO_WAVES if waves is None else self._components(waves)
-        self._second = isinstance(waves, RegularWaves) and waves.theory == "stokes-2"
         self._wheeler = waves is None or waves.stretching == "wheeler"
         wind = description.wind
         self._mean_wind = np.zeros(2) if wind is None else wind.flow.mean()
@@ -147,11 +144,7 @@ class Sea:
         """Return the height of the surface (N,) [m] at places (N, 2) or points (N, 3) [m]."""
         points, shape = _points(xy, 2, time)
         eta, phase, waves = np.empty(len(points)), self._phase(time), self._grown(self.description.growth(time)[0])
-        if self._second:
-            second = second_harmonic(float(waves.amplitude[0]), float(waves.wave_number[0]), self._water.depth)
-            add_harmonic(points, waves, phase, second, eta)
-        else:
-            sum_elevation(points, waves, phase, eta)
+        sum_elevation(points, waves, phase, eta)
         return (eta + self.still_level(time)).reshape(shape)
 
     def grid_elevation(self, x: Double, y: Double, time: float) -> Double:
@@ -163,10 +156,6 @@ class Sea:
         lines, _ = _points(np.stack([np.r_[x, y], np.zeros(len(x) + len(y))], axis=-1), 2, time)
         waves, phase = self._waves, self._phase(time)
         amplitude, k_x, k_y = waves.amplitude, waves.wave_number * waves.toward_x, waves.wave_number * waves.toward_y
-        if self._second:
-            second = second_harmonic(float(amplitude[0]), float(waves.wave_number[0]), self._water.depth)
-            amplitude, phase = np.r_[amplitude, second], np.r_[phase, 2.0 * phase]
-            k_x, k_y = np.r_[k_x, 2.0 * k_x], np.r_[k_y, 2.0 * k_y]
         along = _line_factors(lines[: len(x), 0], k_x) * (amplitude * np.exp(-1j * phase))
         return (along @ _line_factors(lines[len(x) :, 0], k_y).T).real + self.still_level(time)
 
@@ -255,10 +244,7 @@ class Sea:
         share, rate = self.description.growth(time)
         waves = self._grown(share)
         phase = self._phase(time) if waves.amplitude.size else np.zeros(0)
-        if self._second:
-            field = stokes_field(points, waves, phase, self._water)
-        else:
-            field = linear_field(points, waves, phase, self._water, wheeler=self._wheeler)
+        field = linear_field(points, waves, phase, self._water, wheeler=self._wheeler)
         if rate > 0.0:
             field.acceleration[:] += rate / share * field.velocity
         return field

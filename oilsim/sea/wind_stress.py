@@ -58,13 +58,11 @@ class WindDrift:
     u(d) = 0.53 u*_air - u*_water / 0.40 ln(1 + d / z0) (Wu 1975 at the surface; law of the wall below it), d the depth below the surface,
     with z0 such that u(layer) = 0. The layer's depth is modelled: sources give decimetres.
 
-    layer       [m] depth at which the drift ends
-    deflection  [rad] to the right of the wind; 0 to 20 degrees are observed in northern seas, left in southern seas (negative)
+    layer  [m] depth at which the drift ends
     Raises ValueError for values that are not allowed.
     """
 
     layer: float = quantity("m", default=0.5, above=0.0, at_most=10.0)
-    deflection: float = quantity("rad", default=0.0, at_least=-0.5 * math.pi, at_most=0.5 * math.pi)
 
     def __post_init__(self) -> None:
         require("wind drift", WindDrift, vars(self))
@@ -84,12 +82,11 @@ class WindDrift:
         speed = math.hypot(*wind)
         if speed == 0.0:
             return DriftLayer(self.layer, 0.0, 0.0, 1.0, 0.0, 0.0)
-        c, s = math.cos(self.deflection), math.sin(self.deflection)
         return DriftLayer(
             thickness=self.layer,
             surface=SURFACE_DRIFT * friction_speed(speed),
             slope=friction_speed(speed, density) / KARMAN,
             roughness=self.roughness(density),
-            toward_x=float(wind[0] * c + wind[1] * s) / speed,
-            toward_y=float(wind[1] * c - wind[0] * s) / speed,
+            toward_x=float(wind[0]) / speed,
+            toward_y=float(wind[1]) / speed,
         )

@@ -18,10 +18,7 @@ STEPS_A_PERIOD = 11.0
 # [1] share of the size that the rim takes on each side; numerical; half of the box is left in the middle
 RIM_SHARE = 0.25
 # settings of `FluidConfig` that a window takes as they are; its scheme is "split", its gravity that of the sea
-SOLVER_OPTIONS = (
-    "density_tolerance", "divergence_tolerance", "viscosity_tolerance", "density_iterations", "divergence_iterations",
-    "viscosity_iterations", "viscosity_correction", "explicit_viscosity", "minimum_time_step", "maximum_time_step", "cfl",
-)  # fmt: skip
+SOLVER_OPTIONS = ("divergence_tolerance", "viscosity_correction", "minimum_time_step", "maximum_time_step")
 
 
 @dataclass(frozen=True, kw_only=True)

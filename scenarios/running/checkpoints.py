@@ -27,6 +27,8 @@ from scenarios.text.problems import Problem, ScenarioError
 from scenarios.text.versions import versions
 
 ENDING = ".npz"
+# [1] checkpoints of a run that nobody asked for; chosen; of 1 to 100 MB each
+KEPT = 100
 _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bits depend
 
 
@@ -145,15 +147,14 @@ class CheckpointWriter:
 
     def thin_out(self) -> str:
         """Delete checkpoints if there are too many, and return a message about it; empty if nothing was deleted."""
-        kept = self._plan.scenario.recording.checkpoints_kept
-        if len(self._unasked) <= kept:
+        if len(self._unasked) <= KEPT:
             return ""
         ends = min(self._unasked), max(self._unasked)
         self._every *= 2
         for index in [index for index in self._unasked if index % self._every and index not in ends]:
             self._unasked.pop(index).unlink(missing_ok=True)
         interval = self._every * self._plan.scenario.run.communication_step
-        return f"more than {kept} checkpoints: from now on the first and one every {interval:g} s are kept"
+        return f"more than {KEPT} checkpoints: from now on the first and one every {interval:g} s are kept"
 
 
 @contextmanager

@@ -26,7 +26,7 @@ from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
 from scenarios.setup.cost import require_memory
-from scenarios.setup.recorder_options import grid, thinning
+from scenarios.setup.recorder_options import grid, surface_rate, thinning
 from scenarios.spec.resolve import RunSpec, numbered, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import FAILED, Problem, ScenarioError
@@ -202,7 +202,7 @@ def _recorder(scenario: RunSpec, options: RunOptions) -> Recorder | None:
         scenario.recording.frame_rate,
         precision=grid(scenario),
         every=thinning(scenario),
-        surface_rate=scenario.recording.surface_rate or 0.0,
+        surface_rate=surface_rate(scenario),
         live=live,
     )
 

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from oilsim.core.phases import Wetting
 from oilsim.core.quantity import quantity, quantity_of
-from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector, directed, exactly_one
+from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector, directed
 from scenarios.text.problems import Problem
 from vessels.hull_size import HullSize
 
@@ -22,13 +22,9 @@ FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is take
 
 @dataclass(frozen=True, kw_only=True)
 class Free(Section):
-    """The body moves freely under forces; it needs a mass or a density.
-
-    release  [s] until which it is held where it starts
-    """
+    """The body moves freely under forces; it needs a mass or a density."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "free")
-    release: float = quantity("s", default=0.0, at_least=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,78 +52,7 @@ class SineMotion(Section):
         yield from directed("direction", self.direction)
 
 
-@dataclass(frozen=True, kw_only=True)
-class RampMotion(Section):
-    """A towed plate's motion: from rest to `velocity` within `rise_time`, then steady, from `start` until `end`.
-
-    velocity  (3,) [m/s]
-    end       [s] at which the body stops at once; without it, the motion goes on
-    """
-
-    TAG: ClassVar[tuple[str, str]] = ("kind", "ramp")
-    velocity: Vector = quantity("m/s")
-    start: float = quantity("s", default=0.0, at_least=0.0)
-    rise_time: float = quantity("s", default=0.0, at_least=0.0)
-    end: float | None = quantity("s", default=None, above=0.0)
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that the motion ends after its rise."""
-        if self.end is not None and self.end <= self.start + self.rise_time:
-            risen = self.start + self.rise_time
-            yield Problem("end", f"is {self.end:g}, allowed: above start + rise_time = {risen:g} s")
-
-
-@dataclass(frozen=True, kw_only=True)
-class TableMotion(Section):
-    """A measured motion: displacements (n, 3) [m] at times (n,) [s], linear in between, at rest before and after."""
-
-    TAG: ClassVar[tuple[str, str]] = ("kind", "table")
-    time: tuple[float, ...] = quantity("s", at_least=0.0)
-    displacement: tuple[Vector, ...] = quantity("m")
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that times increase, and that each has a displacement."""
-        if len(self.time) < 2:
-            yield Problem("time", f"has {len(self.time)} times, allowed: 2 or more")
-        if any(later <= earlier for earlier, later in pairwise(self.time)):
-            yield Problem("time", "does not increase, allowed: each time above the one before")
-        if len(self.displacement) != len(self.time):
-            count = len(self.displacement)
-            yield Problem("displacement", f"has {count} displacements, allowed: {len(self.time)}, one for each time")
-
-
-@dataclass(frozen=True, kw_only=True)
-class RotationMotion(Section):
-    """A turn about an axis: steady at `rate`, as of a rotor, or to and fro by `amplitude` sin(2 pi t / period), as of a flap in a flume.
-
-    axis       direction of the axis; the turn is counter-clockwise seen from its tip
-    center     [m] a point of the axis in the world; the default is the body's centre of mass
-    rate       [rad/s] of a steady turn
-    amplitude  [rad] and
-    period     [s] of a swing
-    start      [s] before which the body rests
-    rise_time  [s] in which the rate, or the amplitude, grows smoothly from 0
-    """
-
-    TAG: ClassVar[tuple[str, str]] = ("kind", "rotation")
-    axis: Vector = quantity("")
-    center: Vector | None = quantity("m", default=None)
-    rate: float | None = quantity("rad/s", default=None)
-    amplitude: float | None = quantity("rad", default=None, above=0.0)
-    period: float | None = quantity("s", default=None, above=0.0)
-    start: float = quantity("s", default=0.0, at_least=0.0)
-    rise_time: float = quantity("s", default=0.0, at_least=0.0)
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that the axis has a direction, and that the turn is either steady or a swing."""
-        yield from directed("axis", self.axis)
-        yield from exactly_one(self, "rate", "amplitude")
-        if (self.amplitude is None) != (self.period is None):
-            missing = "period" if self.period is None else "amplitude"
-            yield Problem(missing, "is missing, allowed: amplitude and period together, for a swing")
-
-
-Motion = Free | Fixed | SineMotion | RampMotion | TableMotion | RotationMotion
+Motion = Free | Fixed | SineMotion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,8 +60,7 @@ class BodySettings(Section):
     """Settings that every body has, whatever its shape.
 
     mass, density     [kg] or [kg/m3]; a free body needs one of them
-    velocity          [m/s] and
-    angular_velocity  [rad/s] of a free body at the start
+    velocity          [m/s] of a free body at the start
     contact           whether it collides with other bodies and the tank
     no_slip           whether liquids stick to its surface
     contact_angle     [deg] at which oil meets it in water, through the oil; it needs `fluid.interfacial_tension`
@@ -149,7 +73,6 @@ class BodySettings(Section):
     mass: float | None = quantity("kg", default=None, above=0.0)
     density: float | None = quantity("kg/m3", default=None, above=0.0)
     velocity: Vector = quantity("m/s", default=(0.0, 0.0, 0.0), at_least=-FASTEST, at_most=FASTEST)
-    angular_velocity: Vector = quantity("rad/s", default=(0.0, 0.0, 0.0))
     contact: bool = True
     no_slip: bool = False
     contact_angle: float = quantity_of(Wetting, "contact_angle")
@@ -161,11 +84,8 @@ class BodySettings(Section):
             yield Problem("density", "is given beside mass, allowed: one of mass or density")
         if isinstance(self.motion, Free) and self.mass is None and self.density is None:
             yield Problem("density", "is missing, allowed: mass or density, one of which a free body needs")
-        if isinstance(self.motion, Free) and self.motion.release == 0.0:
-            return
-        for name in ("velocity", "angular_velocity"):
-            if any(getattr(self, name)):
-                yield Problem(name, "is given, allowed: only for a body that is free from the start")
+        if any(self.velocity) and not isinstance(self.motion, Free):
+            yield Problem("velocity", "is given, allowed: only for a free body")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +93,7 @@ class MeshBody(BodySettings):
     """A closed surface from a file (STL, OBJ, PLY, GLB); a relative path starts at the scenario file's folder.
 
     Parts of the file that overlap or touch are one solid. Parts that are wound inwards are turned, unless they lie in another part: those
-    are sealed hollows, which hold no mass and stay dry, unless a fill says `inside`. Density is that of the matter between the
+    are sealed hollows, which hold no mass and stay dry. Density is that of the matter between the
     surfaces. `oilsim check` and a run tell what was mended; holes, sheets without thickness and surfaces that cross themselves are refused.
 
     scale  metres per unit of the file
@@ -214,31 +134,6 @@ def crosses_itself(outline: tuple[Point2, ...]) -> bool:
         for (a, b), (_, c) in zip(sides, sides[1:] + sides[:1], strict=True)
     )
     return any(meet(*sides[i], *sides[j]) for i, j in apart) or any(folded)
-
-
-@dataclass(frozen=True, kw_only=True)
-class PolygonBody(BodySettings):
-    """A prism over a polygon: `outline` corners (x, z) [m], three or more in order, and `width` [m] along y; such as a wedge or a slope.
-
-    The outline may be concave, but must not cross itself. The origin of the shape is that of the outline, in the middle of the width.
-    """
-
-    TAG: ClassVar[tuple[str, str]] = ("shape", "polygon")
-    outline: tuple[Point2, ...] = quantity("m")
-    width: float = quantity("m", above=0.0)
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that the outline has an area."""
-        yield from super().problems()
-        if len(self.outline) < 3:
-            yield Problem("outline", f"has {len(self.outline)} corners, allowed: 3 or more")
-            return
-        x, z = zip(*self.outline, strict=True)
-        area = 0.5 * sum(x[k - 1] * z[k] - x[k] * z[k - 1] for k in range(len(x)))
-        if abs(area) <= 1e-9 * (max(x) - min(x)) * (max(z) - min(z)):
-            yield Problem("outline", "has no area, allowed: corners that do not lie on one line")
-        elif crosses_itself(self.outline):
-            yield Problem("outline", "crosses or touches itself, allowed: a simple polygon")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -298,4 +193,4 @@ class RockBody(BodySettings):
     seed: int = quantity("", default=1, at_least=0, whole=True)
 
 
-Body = MeshBody | BoxBody | PolygonBody | CylinderBody | SphereBody | CapsuleBody | WigleyBody | RockBody
+Body = MeshBody | BoxBody | CylinderBody | SphereBody | CapsuleBody | WigleyBody | RockBody

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from oilsim.core.config import FURTHEST, longest_time_step
-from oilsim.core.phases import EXPLICIT_UP_TO, RIGHT_ANGLE
+from oilsim.core.config import FURTHEST
+from oilsim.core.phases import RIGHT_ANGLE
 from oilsim.core.quantity import SHORTEST_DIRECTION
 from oilsim.sea.flows import ALONG
 from recordings.model.exercise import GROUND
@@ -135,7 +135,6 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _sizes(parts, parts.fluid)
         if parts.tank is not None:
             yield from air_problems(parts.phases, parts.fluid, parts.tank, _under_the_sky(parts))
-        yield from _explicit(parts.fluid, parts.phases.values())
         yield from _contact_angles(parts, parts.fluid)
     if parts.sea is not None and parts.tank is not None:
         yield from _sea_in_a_tank(parts.sea, parts.fluid, parts.tank)
@@ -262,10 +261,6 @@ def _references(parts: Parts) -> Iterator[Problem]:
             if entry.phase not in parts.names["phases"]:
                 text = unknown(entry.phase, parts.names["phases"], "phase")
                 yield Problem(f"{table}.{name}.phase", f"is {entry.phase!r}, which {text}")
-    for name, fill in parts.fill.items():
-        if fill.inside is not None and fill.inside not in parts.names["bodies"]:
-            text = unknown(fill.inside, parts.names["bodies"], "body")
-            yield Problem(f"fill.{name}.inside", f"is {fill.inside!r}, which {text}")
     bodies = body_names(parts)
     for name, probe in parts.probes.items():
         if isinstance(probe, BodyProbe) and probe.body not in bodies:
@@ -303,19 +298,8 @@ def _plane(parts: Parts) -> Iterator[Problem]:
         if abs(math.sin(direction)) > ALONG:
             text = f"is {direction:g} rad, allowed: 0 or pi, along x, with fluid.dimension = 2"
             yield Problem(f"sea.{kind}.direction", text)
-    for path in ("wind.deflection", "waves.spread"):
-        kind, key = path.split(".")
-        if getattr(getattr(parts.sea, kind, None), key, None):
-            yield Problem(f"sea.{path}", "is given, allowed: only with fluid.dimension = 3")
-
-
-def _explicit(fluid: FluidSettings, phases: Iterable[PhaseSettings]) -> Iterator[Problem]:
-    """Check that explicit viscosity is stable, that is, changes the velocity little in a step."""
-    thickest = fluid.viscosity_correction * max((phase.viscosity / phase.rest_density for phase in phases), default=0.0)
-    longest = EXPLICIT_UP_TO * fluid.particle_spacing**2
-    if fluid.explicit_viscosity and thickest * longest_time_step(fluid) > longest:
-        text = f"is true with a liquid of {thickest:g} m2/s, allowed: with fluid.maximum_time_step up to {longest / thickest:.2g} s"
-        yield Problem("fluid.explicit_viscosity", text)
+    if getattr(getattr(parts.sea, "waves", None), "spread", None):
+        yield Problem("sea.waves.spread", "is given, allowed: only with fluid.dimension = 3")
 
 
 def _sea_in_a_tank(sea: SeaSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:

@@ -7,8 +7,7 @@ SI units, world frame with z up. A field in m/s may be written with the suffix `
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal, get_args
 
@@ -51,8 +50,7 @@ class FluidSettings(Section):
     scheme                "split" (default) or "paper" (Qiu et al. 2021, Alg. 3)
     viscosity_correction  gamma of the paper's Eq. 29; 1 is physical, the paper used 1e4
     relaxation            omega of the paper's Eq. 23
-    tolerances            mean relative compression, mean compression per step, relative residual
-    cfl                   largest motion of a particle in one sub-step, in spacings
+    divergence_tolerance  mean compression per step that the pressure may leave
     interfacial_tension   whether interfaces pull: between oils and water with the tension of each oil, between liquids and air with
                           that of the air; it shortens steps to sqrt((rho_1 + rho_2) d^3 / (4 pi sigma)), with air to less, and matters
                           where ripples of a few spacings do
@@ -63,18 +61,11 @@ class FluidSettings(Section):
     dimension: int = quantity_of(FluidConfig, "dimension")
     scheme: Literal["split", "paper"] = "split"
     gravity: Vector = quantity_of(FluidConfig, "gravity")
-    density_tolerance: float = quantity_of(FluidConfig, "density_tolerance")
     divergence_tolerance: float = quantity_of(FluidConfig, "divergence_tolerance")
-    viscosity_tolerance: float = quantity_of(FluidConfig, "viscosity_tolerance")
-    density_iterations: int = quantity_of(FluidConfig, "density_iterations")
-    divergence_iterations: int = quantity_of(FluidConfig, "divergence_iterations")
-    viscosity_iterations: int = quantity_of(FluidConfig, "viscosity_iterations")
     relaxation: float = quantity_of(FluidConfig, "relaxation")
     viscosity_correction: float = quantity_of(FluidConfig, "viscosity_correction")
-    explicit_viscosity: bool = False
     minimum_time_step: float = quantity_of(FluidConfig, "minimum_time_step")
     maximum_time_step: float | None = quantity_of(FluidConfig, "maximum_time_step")
-    cfl: float = quantity_of(FluidConfig, "cfl")
     interfacial_tension: bool = False
     sleep_speed: float = quantity_of(FluidConfig, "sleep_speed")
 
@@ -281,12 +272,10 @@ class FillSettings(Section):
 
     phase     which liquid
     velocity  [m/s] at the start; None: that of a current that runs through the whole tank, else at rest
-    inside    a body in whose sealed hollows the liquid is; without it no liquid is put into a hollow, which stays dry
     """
 
     phase: str
     velocity: Vector | None = quantity("m/s", default=None)
-    inside: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -331,47 +320,20 @@ class SlabFill(FillSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderFill(FillSettings):
-    """A cylinder of liquid: centre of its base, direction of its axis, radius and height [m]."""
+    """An upright cylinder of liquid, such as a round slick: centre of its base, radius and height [m]."""
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "cylinder")
     base: Vector = quantity("m")
-    axis: Vector = quantity("", default=(0.0, 0.0, 1.0))
     radius: float = quantity("m", above=0.0)
     height: float = quantity("m", above=0.0)
 
-    def problems(self) -> Iterator[Problem]:
-        """Check that the axis has a direction."""
-        yield from directed("axis", self.axis)
-
-    def extent(self, tank: Tank) -> Extent:
-        """Return lower and upper corner [m] of the box around it: half extents |a| h / 2 + r sqrt(1 - a^2), a the unit axis."""
-        length = math.hypot(*self.axis)
-        axis = [part / length for part in self.axis]
-        middle = [base + 0.5 * self.height * part for base, part in zip(self.base, axis, strict=True)]
-        half = [0.5 * self.height * abs(part) + self.radius * math.sqrt(max(0.0, 1.0 - part * part)) for part in axis]
-        return _around(middle, half)
-
-
-@dataclass(frozen=True, kw_only=True)
-class SphereFill(FillSettings):
-    """A ball of liquid: centre and radius [m]."""
-
-    TAG: ClassVar[tuple[str, str]] = ("shape", "sphere")
-    center: Vector = quantity("m")
-    radius: float = quantity("m", above=0.0)
-
     def extent(self, tank: Tank) -> Extent:
         """Return lower and upper corner [m] of the box around it."""
-        return _around(self.center, (self.radius,) * 3)
+        (x, y, z), r = self.base, self.radius
+        return (x - r, y - r, z), (x + r, y + r, z + self.height)
 
 
-def _around(middle: Sequence[float], half: Sequence[float]) -> Extent:
-    """Return lower and upper corner [m] of a box, by its middle and its half lengths [m]."""
-    (x, y, z), (a, b, c) = middle, half
-    return (x - a, y - b, z - c), (x + a, y + b, z + c)
-
-
-Fill = BlockFill | SlabFill | CylinderFill | SphereFill
+Fill = BlockFill | SlabFill | CylinderFill
 
 
 @dataclass(frozen=True, kw_only=True)

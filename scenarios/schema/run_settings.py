@@ -57,23 +57,18 @@ class RecordingSettings(Section):
     frame_rate           frames a simulated second
     precision            [m] particles are recorded on a grid of the next power of two that is not coarser; 0: with every bit;
                          by default a 32nd of the particle spacing, so that no particle is shown off its place by more than a 64th
-    water_every          liquid that is not oil is recorded in every so many frames; by default in every second one of a scenario
-                         with oil, which is recorded in all, and else in all
-    surface_rate         frames with the surface of the water and the film of oil on it, a simulated second, at most; 0: none; by
-                         default 2.5, and half the frame rate in a tank of particles. Slices have no surface
     checkpoint_interval  [s] simulated, after which the whole state is saved beside the recording, so that the run can go on from
                          there; 0: only when asked for by SIGUSR1, and at the end; by default 1 s, and 10 s in a run without particles,
                          in which saving takes longer than simulating a second
-    checkpoints_kept     when there would be more, every second one is deleted and the interval doubles; the first and the last stay,
-                         and so do those that were asked for, so that --at reaches every time as before, from farther back
+                         When there would be more than 100, every second one is deleted and the interval doubles; the first and the
+                         last stay, and so do those that were asked for: --at reaches every time as before, from farther back
+
+    Water is recorded in every second frame of a scenario with oil.
     """
 
     frame_rate: float = quantity("1/s", default=30.0, above=0.0, at_most=1e6)
     precision: float | None = quantity("m", default=None, at_least=0.0)
-    water_every: int | None = quantity("", default=None, at_least=1, whole=True)
-    surface_rate: float | None = quantity("1/s", default=None, at_least=0.0, at_most=1e6)
     checkpoint_interval: float | None = quantity("s", default=None, at_least=0.0)
-    checkpoints_kept: int = quantity("", default=100, at_least=3, whole=True)
 
 
 @dataclass(frozen=True, kw_only=True)

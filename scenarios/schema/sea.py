@@ -20,7 +20,6 @@ from oilsim.sea import (
     SteadyFlow,
     TidalFlow,
     Tide,
-    WindDrift,
 )
 from oilsim.sea.flows import heading
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
@@ -33,14 +32,12 @@ class SeaWaveSettings(Section):
 
     direction   [rad] they run to
     seen_from   "water": periods are seen from the water, which carries its waves along; "ground": from a place at rest, on a steady current
-    stretching  "wheeler": heights of linear waves are stretched up to the surface; "none": the values at the still level hold above it
     build_up    [s] since the start, over which the waves grow from nothing
     """
 
     COMPASS: ClassVar[str | None] = "from_compass"
     direction: float = quantity_of(RegularWaves, "direction")
     seen_from: Literal["water", "ground"] = "water"
-    stretching: Literal["wheeler", "none"] = "wheeler"
     build_up: float = quantity_of(SeaDescription, "build_up")
 
 
@@ -51,7 +48,6 @@ class RegularSeaWaves(SeaWaveSettings):
     height  [m] crest to trough
     period  [s]
     phase   [rad] of the crest at the origin at the start
-    theory  "linear", or "stokes-2": second order of steepness
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "regular")
@@ -59,7 +55,6 @@ class RegularSeaWaves(SeaWaveSettings):
     height: float = quantity_of(RegularWaves, "height")
     period: float = quantity_of(RegularWaves, "period")
     phase: float = quantity_of(RegularWaves, "phase")
-    theory: Literal["linear", "stokes-2"] = "linear"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,8 +65,6 @@ class JonswapSeaWaves(SeaWaveSettings):
     peak_period         [s]
     peakedness          gamma; 1: Pierson-Moskowitz
     spread              s of the spreading cos^2s(theta / 2); long-crested without it
-    highest_frequency   [Hz] the spectrum is cut here, Stokes drift included; by default 4.5 / peak_period
-    count               number of components
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "jonswap")
@@ -79,8 +72,6 @@ class JonswapSeaWaves(SeaWaveSettings):
     peak_period: float = quantity_of(JonswapWaves, "peak_period")
     peakedness: float = quantity_of(JonswapWaves, "peakedness")
     spread: float | None = quantity_of(JonswapWaves, "spread")
-    highest_frequency: float | None = quantity_of(JonswapWaves, "highest_frequency")
-    count: int = quantity_of(JonswapWaves, "count")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,29 +117,21 @@ class TidalSeaCurrent(SeaCurrentSettings):
 class FileSeaCurrent(SeaCurrentSettings):
     """A current at the surface from a table of times.
 
-    file         CSV or CF NetCDF, see the page "Sea" of the documentation; a relative path starts at the scenario file's folder
-    longest_gap  [s] longest interval between its rows; by default 2.5 times the median one
+    file  CSV or CF NetCDF, see the page "Sea" of the documentation; a relative path starts at the scenario file's folder
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "file")
     file: str
-    longest_gap: float | None = quantity("s", default=None, above=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SeaWindSettings(Section):
     """The keys that all kinds of winds share.
 
-    gust_intensity     standard deviation of the speed over its mean, Kaimal's spectrum; the gusts follow from the run's seed; 0: no gusts
-    highest_frequency  [Hz] of the gusts
-    drift_layer        [m] depth of the layer of water that the wind drags along
-    deflection         [rad] of that layer's drift, to the right of the wind
+    gust_intensity  standard deviation of the speed over its mean, Kaimal's spectrum; the gusts follow from the run's seed; 0: no gusts
     """
 
     gust_intensity: float = quantity_of(KaimalGusts, "intensity", default=0.0)
-    highest_frequency: float = quantity_of(KaimalGusts, "highest_frequency")
-    drift_layer: float = quantity_of(WindDrift, "layer")
-    deflection: float = quantity_of(WindDrift, "deflection")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,27 +149,21 @@ class SteadySeaWind(SeaWindSettings):
 class FileSeaWind(SeaWindSettings):
     """A mean wind at 10 m height from a table of times.
 
-    file         CSV or CF NetCDF, see the page "Sea" of the documentation; a relative path starts at the scenario file's folder
-    longest_gap  [s] longest interval between its rows; by default 2.5 times the median one
+    file  CSV or CF NetCDF, see the page "Sea" of the documentation; a relative path starts at the scenario file's folder
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "file")
     file: str
-    longest_gap: float | None = quantity("s", default=None, above=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LangmuirSettings(Section):
     """Langmuir cells: rows along the wind into which the surface converges.
 
-    spacing      [m] between rows
-    convergence  speed towards the rows over that of the wind
-    jet          speed of the rows, beyond the mean, over that of the wind
+    spacing  [m] between rows
     """
 
     spacing: float = quantity_of(LangmuirCells, "spacing")
-    convergence: float = quantity_of(LangmuirCells, "convergence")
-    jet: float = quantity_of(LangmuirCells, "jet")
 
 
 @dataclass(frozen=True, kw_only=True)

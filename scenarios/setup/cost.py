@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from oilsim.core.config import longest_time_step
+from oilsim.core.config import FluidConfig, longest_time_step
 from oilsim.window.settings import WindowSettings
 from scenarios.schema.bodies import Fixed
-from scenarios.schema.liquid import BlockFill, Fill, SlabFill, SphereFill, Tank
+from scenarios.schema.liquid import BlockFill, Fill, SlabFill, Tank
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 from scenarios.setup.too_late import never_comes
@@ -98,10 +98,8 @@ def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
         extent = np.minimum(extent, np.array(fill.upper) - np.array(fill.lower))
     elif isinstance(fill, SlabFill):
         extent[2] = min(extent[2], fill.top - fill.bottom)
-    elif isinstance(fill, SphereFill):
-        extent = np.minimum(extent, 2.0 * fill.radius)
     else:
-        extent = np.minimum(extent, 2.0 * fill.radius + fill.height)
+        extent = np.minimum(extent, (2.0 * fill.radius, 2.0 * fill.radius, fill.height))
     return float(extent[0] * extent[2] if plane else extent.prod())
 
 
@@ -284,7 +282,7 @@ def _steps(scenario: RunSpec, tops: list[float]) -> int:
     tops = tops + [pipe.mouth[2] for pipe in scenario.emitters.values()]
     gravity = float(np.linalg.norm(settings.gravity))
     speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - scenario.domain.lower[2]))
-    free = settings.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
+    free = FluidConfig.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
     step = max(settings.minimum_time_step, min(longest_step(scenario), run.communication_step, free))
     per_communication = math.ceil(run.communication_step / step - 1e-9)
     return math.ceil(run.duration / run.communication_step - 1e-9) * per_communication

@@ -1,7 +1,7 @@
 """The start positions of the particles in a scenario's regions of liquid: points of one lattice, so that regions fit together.
 
 The lattice has the particle spacing as its edge, stands on the tank's floor and is centred sideways. A region takes the points inside
-it. Faces of blocks, slabs and upright cylinders snap to the nearest lattice plane, and a thin region keeps one layer, so that a scenario
+it. Faces of blocks, slabs and cylinders snap to the nearest lattice plane, and a thin region keeps one layer, so that a scenario
 still works with another particle spacing. Only a block with an inset has a lattice of its own.
 """
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from recordings.model.words import volume_in_words
-from scenarios.schema.liquid import BlockFill, CylinderFill, Fill, SlabFill, SphereFill, Tank
+from scenarios.schema.liquid import BlockFill, CylinderFill, Fill, SlabFill, Tank
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -79,32 +79,15 @@ def region_points(fill: Fill, tank: Tank, spacing: float, dimension: int) -> Arr
         return _inset_block(fill, spacing, dimension) if fill.inset else lattice.box(fill.lower, fill.upper)
     if isinstance(fill, SlabFill):
         return lattice.box((*tank.lower[:2], fill.bottom), (*tank.upper[:2], fill.top))
-    if isinstance(fill, SphereFill):
-        everything = lattice.around(np.array(fill.center) - fill.radius, np.array(fill.center) + fill.radius)
-        offset = everything - fill.center
-        if dimension == 2:
-            offset[:, 1] = 0.0
-        return everything[np.linalg.norm(offset, axis=1) <= fill.radius]
     return _cylinder(fill, lattice)
 
 
 def _cylinder(fill: CylinderFill, lattice: Lattice) -> Array:
-    """Return the points of a cylinder; an upright one keeps whole layers."""
-    axis = np.array(fill.axis) / np.linalg.norm(fill.axis)
-    if abs(axis[2]) == 1.0:
-        low, high = sorted((fill.base[2], fill.base[2] + axis[2] * fill.height))
-        everything = lattice.box(
-            (fill.base[0] - fill.radius, fill.base[1] - fill.radius, low),
-            (fill.base[0] + fill.radius, fill.base[1] + fill.radius, high),
-        )
-        across = everything[:, :2] - fill.base[:2]
-        return everything[np.linalg.norm(across, axis=1) <= fill.radius]
-    ends = np.array([fill.base, np.array(fill.base) + fill.height * axis])
-    everything = lattice.around(ends.min(axis=0) - fill.radius, ends.max(axis=0) + fill.radius)
-    offset = everything - fill.base
-    along = offset @ axis
-    across = np.linalg.norm(offset - along[:, None] * axis, axis=1)
-    return everything[(along >= 0.0) & (along <= fill.height) & (across <= fill.radius)]
+    """Return the points of an upright cylinder, in whole layers."""
+    x, y, z = fill.base
+    r = fill.radius
+    everything = lattice.box((x - r, y - r, z), (x + r, y + r, z + fill.height))
+    return everything[np.linalg.norm(everything[:, :2] - (x, y), axis=1) <= r]
 
 
 def _inset_block(fill: BlockFill, spacing: float, dimension: int) -> Array:
@@ -132,15 +115,12 @@ def starting_positions(regions: Mapping[str, Fill], tank: Tank, spacing: float, 
 
 
 def placed_regions(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> dict[str, Array]:
-    """Return positions (N, 3) [m] by region; particles of earlier regions give way to those of later ones.
-
-    Regions inside a body's hollow do not displace particles outside it, nor the other way round.
-    """
+    """Return positions (N, 3) [m] by region; particles of earlier regions give way to those of later ones."""
     placed: dict[str, Array] = {}
     for name, fill in regions.items():
         points = region_points(fill, tank, spacing, dimension)
         for earlier, others in placed.items():
-            if len(points) and regions[earlier].inside == fill.inside:
+            if len(points):
                 placed[earlier] = _away_from(points, others, TOO_NEAR * spacing)
         placed[name] = points
     return placed
@@ -182,9 +162,7 @@ def empty_regions(
         if len(placed[name]):
             continue
         points = region_points(fill, tank, spacing, dimension)
-        later = [
-            other for other in list(regions)[number + 1 :] if regions[other].inside == fill.inside and len(points) > 1
-        ]
+        later = list(regions)[number + 1 :] if len(points) > 1 else []
         covers = [f"fill.{other}" for other in later if _covers_some(placed[other], points, spacing)]
         if covers:
             text = f"is covered by {' and '.join(covers)}, which comes later; allowed: the other order, or places of its own"
@@ -221,13 +199,8 @@ def misfits(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: 
 
 def _content(fill: Fill, tank: Tank, dimension: int) -> float:
     """Compute the volume [m3] of a region's shape within the tank; a plane is one metre thick."""
-    if isinstance(fill, SphereFill):
-        return math.pi * fill.radius**2 if dimension == 2 else 4.0 / 3.0 * math.pi * fill.radius**3
     if isinstance(fill, CylinderFill):
-        plane = 2.0 * fill.radius * fill.height  # of an axis in the plane; one across it is cut as a disc
-        across = abs(fill.axis[1]) > max(abs(fill.axis[0]), abs(fill.axis[2]))
-        solid = math.pi * fill.radius**2 * fill.height
-        return solid if dimension == 3 else math.pi * fill.radius**2 if across else plane
+        return fill.radius * fill.height * (2.0 if dimension == 2 else math.pi * fill.radius)
     low, high = (fill.lower, fill.upper) if isinstance(fill, BlockFill) else (tank.lower, tank.upper)
     sides = [b - a for a, b in zip(low, high, strict=True)]
     if isinstance(fill, SlabFill):

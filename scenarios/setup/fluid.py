@@ -120,23 +120,6 @@ def clear_of(
     return {name: points[kept[name]] for name, points in positions.items()}
 
 
-def sorted_by_hollow(
-    envelopes: Mapping[str, trimesh.Trimesh], positions: Mapping[str, Array], scenario: RunSpec
-) -> dict[str, Array]:
-    """Select the particles (N, 3) [m] by region that lie inside the envelope of the body that the region names, and outside all others.
-
-    envelopes: outer surfaces, in the world frame, of bodies whose hollows hold liquid.
-    """
-    kept = dict(positions)
-    for body, envelope in envelopes.items():
-        for image in _images(envelope, scenario.domain, 0.0):
-            for name, points in kept.items():
-                inside = np.zeros(len(points), bool)
-                inside[_inside(points, image, 0.0)] = True
-                kept[name] = points[inside if scenario.fill[name].inside == body else ~inside]
-    return kept
-
-
 def _images(solid: trimesh.Trimesh, tank: Tank, clearance: float) -> Iterator[trimesh.Trimesh]:
     """Yield a closed mesh wherever the liquid meets it: a part that reaches through a periodic side enters at the opposite side."""
     shifts = []
@@ -162,11 +145,10 @@ def _inside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[
 def water_level(scenario: RunSpec, positions: Mapping[str, Array]) -> float:
     """Return the height [m] of the still water: the top of the liquid that is not oil at the start, or of the oil if there is no other.
 
-    positions (N, 3) [m] of the particles, by region; those in the hollow of a body do not count.
+    positions (N, 3) [m] of the particles, by region.
     """
     half = 0.5 * scenario.fluid.particle_spacing
-    free = {name: points for name, points in positions.items() if len(points) and scenario.fill[name].inside is None}
-    tops = {name: float(points[:, 2].max()) + half for name, points in free.items()}
+    tops = {name: float(points[:, 2].max()) + half for name, points in positions.items() if len(points)}
     phases = {name: scenario.phases[scenario.fill[name].phase] for name in tops}
     water = [top for name, top in tops.items() if not (phases[name].is_oil or phases[name].is_air)]
     return max(water or tops.values(), default=scenario.domain.lower[2])
@@ -269,7 +251,7 @@ def _starting_velocities(
     for name, points in positions.items():
         flow = sea.current(points[:, 2], 0.0) if everywhere else np.zeros((len(points), 2))
         found[name] = fills[name].velocity or np.column_stack([flow, np.zeros(len(points))])
-    carried = [name for name in positions if fills[name].velocity is None and fills[name].inside is None]
+    carried = [name for name in positions if fills[name].velocity is None]
     if sea.description.wind is None or not carried:
         return found
     own = {name: driving.drift(positions[name][:, 2], 0.0) for name in carried}

@@ -21,7 +21,7 @@ from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
-from scenarios.setup.fluid import clear_of, pipe_problems, sorted_by_hollow, water_level
+from scenarios.setup.fluid import clear_of, pipe_problems, water_level
 from scenarios.setup.solids.placed_solids import Solid, own_solids, table_entry, vector
 from scenarios.spec.resolve import RunSpec, deep_to_the_floor
 from scenarios.text.problems import Problem, ScenarioError
@@ -77,8 +77,6 @@ def lay_out(scenario: RunSpec) -> Layout:
     placed = [solid for solid in solids if table_entry(solid.name) not in refused]
     meshes = {solid.name: solid.world_mesh() for solid in placed if solid.wetted}
     positions = clear_of(meshes.values(), regions, scenario.domain, fluid.particle_spacing)
-    envelopes = {solid.name: solid.world_mesh(solid.envelope) for solid in placed if solid.envelope is not None}
-    positions = sorted_by_hollow(envelopes, positions, scenario)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(scenario, meshes)
     problems += _out_of_reach(solids, meshes, scenario.domain)
@@ -174,11 +172,9 @@ def _world(scenario: RunSpec, solids: Sequence[Solid], fleet: Fleet, problems: l
             vector(placed.position),
             (x, y, z, w),
             motion=solid.motion,
-            twist=(*solid.linear_velocity, *solid.angular_velocity),
+            twist=(*solid.linear_velocity, 0.0, 0.0, 0.0),
             friction=FRICTION if solid.contact else None,
         )
-        if solid.release > 0.0:
-            world.hold_until(placed.name, solid.release)
     if any(solid.motion == "free" and solid.contact for solid in solids):
         _add_tank_sides(world, scenario.domain)
         beach = beach_of(scenario)

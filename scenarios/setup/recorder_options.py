@@ -7,6 +7,10 @@ from scenarios.spec.resolve import RunSpec
 
 FINE = 32  # fewest grid cells in a particle spacing
 THINNED = 2  # frames for one frame with water, in a scenario with oil
+# [1/s] frames with the surface of a sea by formulas; chosen; enough for long waves, at 1 % of a second's time, 4 % with a window
+SEA_RATE = 2.5
+# [1] frames with the surface for one frame, in a tank; chosen
+SURFACED = 0.5
 
 
 def grid(scenario: RunSpec) -> float | None:
@@ -20,5 +24,9 @@ def grid(scenario: RunSpec) -> float | None:
 def thinning(scenario: RunSpec) -> dict[str, int]:
     """Return, by phase, the number of frames for one with its particles; phases in every frame are left out."""
     oily = any(phase.is_oil for phase in scenario.phases.values())
-    every = scenario.recording.water_every or (THINNED if oily else 1)
-    return {name: every for name, phase in scenario.phases.items() if every > 1 and not phase.is_oil}
+    return {name: THINNED for name, phase in scenario.phases.items() if oily and not phase.is_oil}
+
+
+def surface_rate(scenario: RunSpec) -> float:
+    """Return the frames with the surface of the water and the film of oil on it, a simulated second [1/s], at most."""
+    return SURFACED * scenario.recording.frame_rate if scenario.tanks else SEA_RATE

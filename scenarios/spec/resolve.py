@@ -23,10 +23,6 @@ MARGIN, HEADROOM = 100.0, 6.0
 INTERVAL = 1.0
 # [s] the same without a tank; user; a checkpoint takes as long as two seconds of a large exercise
 INTERVAL_AT_SEA = 10.0
-# [1/s] frames with the surface of a sea by formulas; chosen; enough for long waves, at 1 % of a second's time, 4 % with a window
-SEA_RATE = 2.5
-# [1] frames with the surface for one frame, in a tank; chosen
-SURFACED = 0.5
 OPEN: tuple[Side, ...] = ("-x", "+x", "-y", "+y", "+z")
 
 
@@ -103,8 +99,6 @@ def resolve(scenario: Scenario) -> RunSpec:
     interval = INTERVAL if tank else INTERVAL_AT_SEA
     if recording.checkpoint_interval is None:
         recording = replace(recording, checkpoint_interval=interval)
-    if recording.surface_rate is None:
-        recording = replace(recording, surface_rate=SURFACED * recording.frame_rate if tank else SEA_RATE)
     changes = {item.name: getattr(scenario, item.name) for item in fields(Scenario)} | {
         "recording": recording, "window": windows, "tank": tank,
     }  # fmt: skip

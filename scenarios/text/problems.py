@@ -13,7 +13,7 @@ DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 MOVED = {
     "forcing": "sea",
     "forcing.wind.gustiness": "sea.wind.gust_intensity",
-    "forcing.wind.gust_time": "sea.wind.highest_frequency",
+    "forcing.wind.gust_time": "",
     "forcing.wind.drag_coefficient": "",
     "forcing.waves.level": "sea.level",
     **{

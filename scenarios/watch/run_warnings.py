@@ -14,7 +14,7 @@ import numpy as np
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
-from oilsim import AdvanceReport
+from oilsim import AdvanceReport, FluidConfig
 from recordings.model.frame import EventLevel
 from scenarios.setup.fill_lattice import misfits
 from scenarios.spec.resolve import RunSpec
@@ -86,11 +86,16 @@ class Remarks:
             yield text, Notice(text, level="info", source="oilsim")
 
     def _solves(self, report: AdvanceReport) -> Iterator[tuple[str, str]]:
-        left, fluid = "a mean compression", self._fluid
+        left = "a mean compression"
         solves = {
-            "density": (report.density_error, fluid.density_tolerance, "passes", left),
-            "divergence": (report.divergence_error, fluid.divergence_tolerance, "products", left),
-            "viscosity": (report.viscosity_error, fluid.viscosity_tolerance, "iterations", "a share of the drag left"),
+            "density": (report.density_error, FluidConfig.density_tolerance, "passes", left),
+            "divergence": (report.divergence_error, self._fluid.divergence_tolerance, "products", left),
+            "viscosity": (
+                report.viscosity_error,
+                FluidConfig.viscosity_tolerance,
+                "iterations",
+                "a share of the drag left",
+            ),
         }
         if report.crowding > CROWDED:
             yield (
@@ -100,8 +105,10 @@ class Remarks:
         for name, (error, tolerance, unit, left) in solves.items():
             if error > TOLD * tolerance:
                 text = f"stopped after {report.iterations[name]:.0f} {unit} per step with {left} of {error:.2g}"
-                keys = f"fluid.{name}_tolerance is {tolerance:.2g}, fluid.{name}_iterations {getattr(self._fluid, f'{name}_iterations')}"
-                yield f"fluid {name}", f"{text}; {keys} (reported once)"
+                yield (
+                    f"fluid {name}",
+                    f"{text}, above {tolerance:.2g}; a shorter fluid.maximum_time_step helps (reported once)",
+                )
 
     def _lines(self) -> Iterator[tuple[str, str]]:
         """Lines that have parted, and anchors that have dragged."""

@@ -18,13 +18,13 @@ from rich.console import Console
 from rich.table import Table
 
 from coupling.bullet.pybullet_import import pybullet
-from coupling.multibody.prescribed_motion import UniformMotion
 from coupling.solids.bodies import box
 from coupling.solids.surface_sampling import boundary_particles
 from coupling.testkit import TankScene, tank
 from oilsim.boundaries.walls import Walls
 from scenarios.running.assembly import build
 from scenarios.spec.load import load_scenario
+from tests.coupling.motions import UniformMotion
 
 SPACING, WARM_UP = 0.03, 5
 SIZE = (0.9, 0.9, 0.9)

@@ -139,7 +139,7 @@ def _fill(dice: Dice, size: Array, spacing: float, speed: float, phases: tuple[s
     """One to three slabs, blocks and balls, some of which move."""
     fill, depth = {}, 0.0
     for number in range(dice.choice(1, 2, 3)):
-        shape = dice.choice("slab", "slab", "block", "sphere")
+        shape = dice.choice("slab", "slab", "block", "cylinder")
         region: Table = {"phase": dice.choice(*phases), "shape": shape}
         if shape == "slab":
             top = depth + round(dice.between(0.15, 0.45) * size[2] / spacing) * spacing
@@ -153,7 +153,7 @@ def _fill(dice: Dice, size: Array, spacing: float, speed: float, phases: tuple[s
             region |= {"lower": vector(lower), "upper": vector(np.minimum(lower + extent, size))}
         else:
             radius = dice.between(0.12, 0.25) * float(size.min())
-            region |= {"center": vector(dice.inside(size, radius)), "radius": radius}
+            region |= {"base": vector(dice.inside(size, radius)), "radius": radius, "height": radius}
         if dice.chance(0.4):
             region["velocity"] = dice.vector(speed * dice.choice(0.1, 0.3, 0.6))
         fill[f"region-{number}"] = region
@@ -220,21 +220,17 @@ def _shape(dice: Dice, radius: float) -> Table:
 
 
 def _motion(dice: Dice, radius: float, spacing: float, speed: float, unit: float) -> Table:
-    kind = dice.choice("free", "free", "free", "free", "fixed", "sine", "ramp")
+    kind = dice.choice("free", "free", "free", "free", "fixed", "sine")
     motion: Table = {"kind": kind}
     if kind == "sine":
         period = dice.scale(3.0, 25.0) * unit
         motion |= {"direction": dice.vector(1.0), "amplitude": dice.between(0.3, 1.5) * spacing, "period": period}
-    elif kind == "ramp":
-        start, end = dice.between(0.0, 0.1) * radius / speed, 0.3 * radius / speed
-        motion |= {"velocity": dice.vector(0.3 * speed), "rise_time": start, "end": end}
     if kind != "free":
         return {"motion": motion}
     density = dice.choice(dice.scale(20.0, 200.0), dice.scale(200.0, 1200.0), dice.scale(1000.0, 8000.0))
     body: Table = {"motion": motion, "density": density}
     if dice.chance(0.4):
-        velocity, spin = speed * dice.choice(0.1, 0.3, 0.6), min(0.3 * speed / radius, 20.0)
-        body |= {"velocity": dice.vector(velocity), "angular_velocity": dice.vector(spin)}
+        body |= {"velocity": dice.vector(speed * dice.choice(0.1, 0.3, 0.6))}
     return body
 
 

@@ -165,8 +165,7 @@ def _speeds(scenario: Scenario) -> Iterator[float]:
     for region in scenario.fill.values():
         yield float(np.linalg.norm(region.velocity or 0.0))
     for body in scenario.bodies.values():
-        reach = 0.5 * float(np.max(getattr(body, "size", getattr(body, "height", 2.0 * getattr(body, "radius", 0.0)))))
-        yield float(np.linalg.norm(body.velocity)) + reach * float(np.linalg.norm(body.angular_velocity))
+        yield float(np.linalg.norm(body.velocity))
         motion = body.motion
         yield float(np.linalg.norm(getattr(motion, "velocity", 0.0)))
         yield 2.0 * math.pi * getattr(motion, "amplitude", 0.0) / getattr(motion, "period", 1.0)

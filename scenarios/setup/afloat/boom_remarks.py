@@ -42,7 +42,7 @@ def _start(scenario: RunSpec) -> Iterator[tuple[str, str]]:
     for name, fill in scenario.fill.items():
         phase, velocity = scenario.phases[fill.phase], fill.velocity or (0.0, 0.0, 0.0)
         off = math.dist(velocity[:2], ordered[:2])
-        if phase.is_oil or phase.is_air or fill.inside is not None or off <= START_SHARE * speed + START_SLACK:
+        if phase.is_oil or phase.is_air or off <= START_SHARE * speed + START_SLACK:
             continue
         along = float(np.dot(velocity, horizontal(1.0, direction)))
         advice = ", ".join(f"{round(part, 3) + 0.0:g}" for part in ordered)

@@ -21,7 +21,6 @@ from oilsim.sea import (
     SteadyFlow,
     TidalFlow,
     Tide,
-    WindDrift,
     WindField,
 )
 from oilsim.sea.flows import Flow
@@ -134,11 +133,9 @@ def _wind(settings: SeaSettings, scenario: RunSpec, problems: list[Problem]) -> 
         return None
     gusts = None
     if given.gust_intensity > 0.0 and flow.mean().any():  # a calm carries none
-        gusts = KaimalGusts(
-            intensity=given.gust_intensity, highest_frequency=given.highest_frequency, seed=scenario.run.seed
-        )
-    drift, found = WindDrift(layer=given.drift_layer, deflection=given.deflection), flow
-    return _kept("sea.wind", lambda: WindField(flow=found, gusts=gusts, drift=drift), problems)
+        gusts = KaimalGusts(intensity=given.gust_intensity, seed=scenario.run.seed)
+    found = flow
+    return _kept("sea.wind", lambda: WindField(flow=found, gusts=gusts), problems)
 
 
 def _table(
@@ -149,7 +146,7 @@ def _table(
     bearing = (site or SiteSettings(latitude=0.0, longitude=0.0)).bearing
     start = None if site is None else in_utc(datetime.fromisoformat(site.start))
     try:
-        table = read_flow(Path(given.file), kind, start=start, bearing=bearing, longest_gap=given.longest_gap)
+        table = read_flow(Path(given.file), kind, start=start, bearing=bearing)
     except FlowFileError as error:
         name = Path(given.file).name
         problems += [Problem(path, f"{name}: {text.removeprefix('flow table: ')}") for text in error.texts]

@@ -43,12 +43,10 @@ _HEADING = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
 _SINCE = re.compile(r"\s*(\w+)\s+since\s+(.+?)\s*")
 
 
-def read_flow(
-    path: Path, kind: Kind, *, start: datetime | None, bearing: float, longest_gap: float | None = None
-) -> FlowTable:
+def read_flow(path: Path, kind: Kind, *, start: datetime | None, bearing: float) -> FlowTable:
     """Read a table of a wind or a current at the surface; times [s] count from the run's start.
 
-    start: date of the run's start, None if not known; bearing [rad] of the x axis, clockwise from north; longest_gap [s] of the table.
+    start: date of the run's start, None if not known; bearing [rad] of the x axis, clockwise from north.
     Raises FlowFileError with everything that is wrong with the file.
     """
     reader = {".csv": _read_csv, ".nc": _read_netcdf}.get(path.suffix.lower())
@@ -68,7 +66,7 @@ def read_flow(
     if time is None:
         raise FlowFileError(texts)
     try:
-        return FlowTable(time, velocity, longest_gap=longest_gap)
+        return FlowTable(time, velocity)
     except ValueError as error:
         raise FlowFileError([str(error)]) from error
 

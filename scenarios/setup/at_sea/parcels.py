@@ -24,7 +24,7 @@ from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
 from scenarios.schema.exercise import BoomSettings
-from scenarios.schema.liquid import CylinderFill, Fill, PipeEmitterSettings, SlabFill, SphereFill, Tank
+from scenarios.schema.liquid import CylinderFill, Fill, PipeEmitterSettings, SlabFill, Tank
 from scenarios.setup.afloat.boom_lines import track_off_reel
 from scenarios.setup.afloat.boom_losses import tension_of
 from scenarios.setup.afloat.moorings import beach_of
@@ -210,10 +210,8 @@ def slick_connections(slick: SlickParticipant) -> tuple[Connection, ...]:
 
 def spill_of(fill: Fill, tank: Tank) -> Spill:
     """Return the oil of a region as a disc of the same area."""
-    if isinstance(fill, SphereFill | CylinderFill):
-        height = 4.0 / 3.0 * fill.radius if isinstance(fill, SphereFill) else fill.height
-        center = fill.center if isinstance(fill, SphereFill) else fill.base
-        return Spill(math.pi * fill.radius**2 * height, (center[0], center[1]), fill.radius)
+    if isinstance(fill, CylinderFill):
+        return Spill(math.pi * fill.radius**2 * fill.height, fill.base[:2], fill.radius)
     lower, upper = (tank.lower, tank.upper) if isinstance(fill, SlabFill) else (fill.lower, fill.upper)
     depth = fill.top - fill.bottom if isinstance(fill, SlabFill) else upper[2] - lower[2]
     area = (upper[0] - lower[0]) * (upper[1] - lower[1])

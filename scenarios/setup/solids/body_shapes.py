@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from coupling.solids import bodies
 from coupling.solids.solid_mesh import SolidMesh
@@ -17,7 +16,6 @@ from scenarios.schema.bodies import (
     CapsuleBody,
     CylinderBody,
     MeshBody,
-    PolygonBody,
     RockBody,
     SphereBody,
     WigleyBody,
@@ -54,49 +52,8 @@ def rock(size: tuple[float, float, float], roughness: float, seed: int) -> trime
     return mesh
 
 
-def prism(outline: Sequence[tuple[float, float]], width: float) -> trimesh.Trimesh:
-    """Build a closed prism of `width` [m] along y, about y = 0, over a simple polygon with corners (x, z) [m], in either sense."""
-    corners = np.array(outline)
-    x, z = corners.T
-    if float(np.sum(np.roll(x, 1) * z - x * np.roll(z, 1))) < 0.0:
-        corners = corners[::-1]  # now counter-clockwise, seen from -y
-    cap, count = _triangles(corners), len(corners)
-    near, far = (np.insert(corners, 1, side * 0.5 * width, axis=1) for side in (-1.0, 1.0))
-    sides = [
-        [[k, (k + 1) % count, k + count], [(k + 1) % count, (k + 1) % count + count, k + count]] for k in range(count)
-    ]
-    faces = np.concatenate([cap, cap[:, ::-1] + count, np.array(sides)[:, :, ::-1].reshape(-1, 3)])
-    mesh = trimesh.Trimesh(np.concatenate([near, far]), faces, process=False)
-    if mesh.volume < 0.0:
-        mesh.invert()
-    return mesh
-
-
-def _triangles(corners: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Cut a simple counter-clockwise polygon (K, 2) [m] into triangles (K - 2, 3) by its ears; it has two at least (Meisters 1975)."""
-    left, found = list(range(len(corners))), []
-    while len(left) > 3:
-        ear = next(k for k in range(len(left)) if _is_ear(corners, left, k))
-        found.append([left[ear - 1], left[ear], left[(ear + 1) % len(left)]])
-        left.pop(ear)
-    return np.array([*found, left])
-
-
-def _is_ear(corners: NDArray[np.float64], left: list[int], k: int) -> bool:
-    """Tell whether the corner `k` of those left is convex, with none of the others in its triangle."""
-    a, b, c = (corners[left[at % len(left)]] for at in (k - 1, k, k + 1))
-
-    def turn(p: NDArray[np.float64], q: NDArray[np.float64], r: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray((q[0] - p[0]) * (r[..., 1] - p[1]) - (q[1] - p[1]) * (r[..., 0] - p[0]))
-
-    others = corners[[at for at in left if at not in (left[k - 1], left[k], left[(k + 1) % len(left)])]]
-    inside = (turn(a, b, others) >= 0.0) & (turn(b, c, others) >= 0.0) & (turn(c, a, others) >= 0.0)
-    return bool(turn(a, b, c) > 0.0 and not inside.any())
-
-
 _MESHES: dict[type, Callable[[Any], trimesh.Trimesh]] = {
     BoxBody: lambda body: bodies.box(body.size),
-    PolygonBody: lambda body: prism(body.outline, body.width),
     CylinderBody: lambda body: bodies.cylinder(body.radius, body.height),
     SphereBody: lambda body: bodies.sphere(body.radius),
     CapsuleBody: lambda body: bodies.capsule(body.radius, body.height),

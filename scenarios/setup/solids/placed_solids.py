@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from booms.deployment import PlacedBody
-from coupling.multibody.prescribed_motion import PrescribedMotion
+from coupling.multibody.prescribed_motion import OscillatingMotion, PrescribedMotion
 from coupling.solids.bodies import about_center_of_mass, mass_properties
 from coupling.solids.solid_mesh import SolidMesh
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
@@ -20,9 +20,8 @@ from coupling.solids.thin_parts import HELD
 from oilsim import BoundaryParticles
 from oilsim.core.phases import RIGHT_ANGLE
 from recordings.model.frame import Color
-from scenarios.schema.bodies import Body, Fixed, Free, MeshBody
+from scenarios.schema.bodies import Body, Fixed, MeshBody, SineMotion
 from scenarios.schema.parsing.quantity_fields import Vector
-from scenarios.setup.solids.body_motions import prescribed_motion
 from scenarios.setup.solids.body_shapes import body_solid
 from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem, problems_of
@@ -34,23 +33,19 @@ HELD_DENSITY = 1000.0  # [kg/m3] of a held body, whose mass nobody feels
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """A body with its place, how it moves, and whether the liquid meets it; a free one is held until `release` [s].
+    """A body with its place, how it moves, and whether the liquid meets it.
 
-    envelope: its surface without hollows, in the frame of its mesh, of a body whose hollows hold liquid; None of any other, whose mesh has
-    no hollows; notes: what was mended of its mesh, and what hollows it has, in words.
+    notes: what was mended of its mesh, and what hollows it has, in words.
     """
 
     placed: PlacedBody
     motion: PrescribedMotion | Literal["free", "fixed"] = "free"
     linear_velocity: Vector = (0.0, 0.0, 0.0)
-    angular_velocity: Vector = (0.0, 0.0, 0.0)
-    release: float = 0.0
     contact: bool = True
     wetted: bool = True
     no_slip: bool = False
     contact_angle: float = RIGHT_ANGLE
     color: Color | None = None
-    envelope: trimesh.Trimesh | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -94,22 +89,16 @@ def table_entry(body: str) -> str:
 def own_solids(scenario: RunSpec, problems: list[Problem]) -> tuple[Solid, ...]:
     """Build the valid bodies of the [bodies] table; those whose meshes cannot be used are added to `problems`."""
     solids: list[Solid] = []
-    filled = {fill.inside: name for name, fill in scenario.fill.items() if fill.inside is not None}
     for name, body in scenario.bodies.items():
         try:
-            shape = body_solid(body)
-            solids.append(_solid(name, body, shape, is_filled=name in filled))
+            solids.append(_solid(name, body, body_solid(body)))
         except (ValueError, OSError) as error:
             problems.append(Problem(f"bodies.{name}", f"cannot be built: {error}"))
-            continue
-        if name in filled and not shape.has_hollow:
-            text = f"is {name!r}, a body without a sealed hollow, allowed: one that has, and for other liquid no inside"
-            problems.append(Problem(f"fill.{filled[name]}.inside", text))
     return tuple(solids)
 
 
-def _solid(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> Solid:
-    """Turn the shape about its centre of mass and put it in its place; a hollow that no liquid fills is dry, and no wall."""
+def _solid(name: str, body: Body, shape: SolidMesh) -> Solid:
+    """Turn the shape about its centre of mass and put it in its place; a sealed hollow is dry, and no wall."""
     density = HELD_DENSITY if body.mass is None and body.density is None else body.density
     properties = mass_properties(shape, density=density, mass=body.mass)
     rotation = Rotation.from_euler("xyz", body.rotation)
@@ -117,36 +106,47 @@ def _solid(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> Solid
     x, y, z, w = (float(part) for part in rotation.as_quat())
     placed = PlacedBody(
         name=name,
-        mesh=about_center_of_mass(shape.mesh if is_filled else shape.outer, properties),
+        mesh=about_center_of_mass(shape.outer, properties),
         mass_properties=properties,
         position=position,
         orientation=np.array([x, y, z, w]),
     )
-    held: Literal["free", "fixed"] = "fixed" if isinstance(body.motion, Fixed) else "free"
     return Solid(
         placed=placed,
-        motion=prescribed_motion(body, vector(position), (x, y, z, w)) or held,
+        motion=_motion(body, vector(position), (x, y, z, w)),
         linear_velocity=body.velocity,
-        angular_velocity=body.angular_velocity,
-        release=body.motion.release if isinstance(body.motion, Free) else 0.0,
         contact=body.contact,
         no_slip=body.no_slip,
         contact_angle=body.contact_angle,
         color=body.color,
-        envelope=about_center_of_mass(shape.outer, properties) if is_filled and shape.has_hollow else None,
-        notes=_notes(name, body, shape, is_filled=is_filled),
+        notes=_notes(name, body, shape),
     )
 
 
-def _notes(name: str, body: Body, shape: SolidMesh, *, is_filled: bool) -> tuple[str, ...]:
-    """Say what was mended of a body's mesh, and whether its hollows hold liquid."""
+def _motion(
+    body: Body, position: Vector, orientation: tuple[float, float, float, float]
+) -> PrescribedMotion | Literal["free", "fixed"]:
+    """Return how a body moves whose centre of mass starts at `position` [m]."""
+    motion = body.motion
+    if isinstance(motion, SineMotion):
+        return OscillatingMotion(
+            position=position,
+            orientation=orientation,
+            direction=motion.direction,
+            amplitude=motion.amplitude,
+            period=motion.period,
+            ramp_time=motion.rise_time,
+        )
+    return "fixed" if isinstance(motion, Fixed) else "free"
+
+
+def _notes(name: str, body: Body, shape: SolidMesh) -> tuple[str, ...]:
+    """Say what was mended of a body's mesh, and how much of it are hollows."""
     where = f"bodies.{name}.file {body.file!r}" if isinstance(body, MeshBody) else f"bodies.{name}"
     notes = [f"{where}: {note}" for note in shape.notes]
-    if shape.has_hollow and not is_filled:
+    if shape.has_hollow:
         hollow = shape.displaced_volume - shape.volume
-        notes.append(
-            f"{where}: {hollow:.3g} m3 of sealed hollow stay dry and hold no mass; inside = {name!r} of a fill puts liquid there"
-        )
+        notes.append(f"{where}: {hollow:.3g} m3 of sealed hollow stay dry and hold no mass")
     return tuple(notes)
 
 

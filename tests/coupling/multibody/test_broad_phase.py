@@ -9,8 +9,9 @@ import pytest
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.multibody.broad_phase import FURTHEST
-from coupling.multibody.prescribed_motion import UniformMotion, Vector
+from coupling.multibody.prescribed_motion import Vector
 from coupling.solids.bodies import box, mass_properties
+from tests.coupling.motions import UniformMotion
 
 SIDE, SPEED, STEP = 0.2, 2.0, 0.01
 

@@ -47,11 +47,6 @@ def test_a_table_is_linear_between_its_rows_and_does_not_extrapolate():
             table.velocity(time)
 
 
-def test_a_table_of_speeds_and_directions():
-    table = FlowTable.from_speed([0.0, 10.0], [2.0, 1.0], [0.0, 0.5 * np.pi])
-    assert table.values == pytest.approx(np.array([(2.0, 0.0), (0.0, 1.0)]), abs=1e-12)
-
-
 @pytest.mark.parametrize(
     ("times", "values", "text"),
     [
@@ -71,11 +66,6 @@ def test_tables_that_cannot_be_used_are_refused(times, values, text):
 def test_all_faults_of_a_table_are_told_at_once():
     with pytest.raises(ValueError, match=r"velocity of row 1 .*; a gap of 480 s"):
         FlowTable([0.0, 60.0, 120.0, 600.0], [(0, 0), (np.nan, 0), (0, 0), (0, 0)])
-
-
-def test_a_longest_gap_may_be_given():
-    table = FlowTable([0.0, 60.0, 120.0, 600.0], [(0, 0), (0, 0), (0, 0), (4, 0)], longest_gap=480.0)
-    assert table.velocity(360.0) == pytest.approx([2.0, 0.0])  # between the rows of the gap
 
 
 def test_the_power_law_of_a_current():

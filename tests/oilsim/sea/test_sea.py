@@ -114,7 +114,6 @@ WAVE = {"height": 0.2, "period": 3.0}
         (lambda: SeaDescription(depth=-1.0, density=math.nan), r"depth is -1.0.*density is nan"),
         (lambda: SeaDescription(depth=5.0, langmuir=LangmuirCells()), r"langmuir is given without wind and waves"),
         (lambda: RegularWaves(height=-0.2, period=0.0), r"waves: height is -0.2.*period is 0.0"),
-        (lambda: RegularWaves(**WAVE, theory="stokes-5"), r"theory is 'stokes-5', allowed: linear, stokes-2"),
         (lambda: RegularWaves(**WAVE, stretching="delta"), r"stretching is 'delta', allowed: wheeler, none"),
         (lambda: RegularWaves(**WAVE, seen_from="air"), r"seen_from is 'air', allowed: water, ground"),
         (lambda: JonswapWaves(significant_height=0.5, peak_period=0.0), r"peak_period is 0.0, allowed: above 0 s"),
@@ -164,16 +163,6 @@ def test_impossible_descriptions_are_refused(make, text):
             50.0,
             r"height is 2.1 m, allowed: below 1.995 m, where waves of 14.05 m break",
         ),
-        (
-            {"height": 1.5, "period": 6.0, "theory": "stokes-2"},
-            2.0,
-            r"height is 1.5 m with theory 'stokes-2', allowed: up to 0.275 m in water of 2 m",  # 2 s^3 / (k (3 - s^2)), s = tanh k h
-        ),
-        (
-            {"height": 0.5, "period": 6.0, "theory": "stokes-2"},
-            2.0,
-            r"with theory 'stokes-2', allowed: up to 0.2\d+ m in water of 2 m",
-        ),
     ],
 )
 def test_waves_too_steep_are_refused(waves, depth, text):
@@ -200,7 +189,6 @@ def test_points_and_times_that_cannot_be_are_refused():
     "waves",
     [
         RegularWaves(height=0.5, period=4.0),
-        RegularWaves(height=0.5, period=4.0, theory="stokes-2"),
         JonswapWaves(significant_height=0.5, peak_period=3.0, spread=10.0, count=100),
     ],
 )
@@ -213,10 +201,8 @@ def test_each_of_100_000_points_has_what_it_has_alone(waves):
         np.testing.assert_allclose(np.asarray(whole)[few], part, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("stokes", [False, True])
-def test_heights_on_a_grid_are_those_at_its_crossings(stokes):
-    waves = RegularWaves(height=0.4, period=3.0, direction=0.7, theory="stokes-2")
-    sea = Sea(SeaDescription(depth=4.0, waves=waves) if stokes else whole_sea())
+def test_heights_on_a_grid_are_those_at_its_crossings():
+    sea = Sea(whole_sea())
     x, y = np.linspace(-30.0, 40.0, 700), np.linspace(3.0, 9.0, 60)  # the shortest wave is 16 spacings long
     at_crossings = sea.elevation(np.stack(np.meshgrid(x, y, indexing="ij"), -1), 12.3)
     assert np.abs(sea.grid_elevation(x, y, 12.3) - at_crossings).max() < 1e-12
@@ -229,18 +215,15 @@ def test_waves_that_a_grid_cannot_show_are_left_out():
     assert (still == 0.5).all()
 
 
-@pytest.mark.parametrize("theory", ["linear", "stokes-2"])
-def test_waves_build_up_and_their_water_speeds_up_with_them(theory):
+def test_waves_build_up_and_their_water_speeds_up_with_them():
     """The velocity's rate at a place is the acceleration, build-up included: sin^2(pi t / 2 T) times that of full waves."""
-    waves = RegularWaves(height=0.4, period=4.0, theory=theory, stretching="none")
+    waves = RegularWaves(height=0.4, period=4.0, stretching="none")
     full, growing = (Sea(SeaDescription(depth=10.0, waves=waves, build_up=time)) for time in (0.0, 8.0))
     points, step = POINTS[:50] * (1.0, 1.0, 0.2) - (0.0, 0.0, 1.0), 1e-4
     assert growing.description.growth(4.0) == pytest.approx((0.5, 0.5 * math.pi / 8.0))
     assert np.array_equal(growing.velocity(points, 8.0), full.velocity(points, 8.0))
     assert np.abs(growing.velocity(points, 0.0)).max() == 0.0
     rate = (growing.velocity(points, 3.0 + step) - growing.velocity(points, 3.0 - step)) / (2.0 * step)
-    tolerance = 1e-6 if theory == "linear" else 2e-3  # m/s2; the second order grows with the square
-    assert growing.acceleration(points, 3.0) == pytest.approx(rate, abs=tolerance)
-    if theory == "linear":
-        share = growing.description.growth(3.0)[0]
-        assert growing.elevation(points[:, :2], 3.0) == pytest.approx(share * full.elevation(points[:, :2], 3.0))
+    assert growing.acceleration(points, 3.0) == pytest.approx(rate, abs=1e-6)
+    share = growing.description.growth(3.0)[0]
+    assert growing.elevation(points[:, :2], 3.0) == pytest.approx(share * full.elevation(points[:, :2], 3.0))

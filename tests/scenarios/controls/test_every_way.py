@@ -100,9 +100,7 @@ place = [-35.0, 12.0]
 """
     + SEA
 )
-IRREGULAR = ALONE.replace(
-    '"regular"\nheight = 0.2\nperiod', '"jonswap"\ncount = 20\nsignificant_height = 0.2\npeak_period'
-)
+IRREGULAR = ALONE.replace('"regular"\nheight = 0.2\nperiod', '"jonswap"\nsignificant_height = 0.2\npeak_period')
 SLIP = library_paths()["launch-from-slip"].read_text(encoding="utf-8")
 REEL = (Path(__file__).parents[1] / "setup" / "off_the_reel.toml").read_text(encoding="utf-8")
 

@@ -53,14 +53,6 @@ def problems_of(extra: str, *, instead: dict[str, str] | None = None) -> dict[st
     return {problem.path: problem.text for problem in caught.value.problems}
 
 
-def test_explicit_viscosity_is_for_thin_liquids() -> None:
-    # nu dt / d^2 = 0.01 x 1 / 0.1^2, a fifth at most
-    explicit = {"particle_spacing = 0.1": "particle_spacing = 0.1\nexplicit_viscosity = true\nmaximum_time_step = 1.0"}
-    found = problems_of(instead=explicit, extra="[phases.tar]\ndensity = 1000.0\ndynamic_viscosity = 10.0")
-    text = "is true with a liquid of 0.01 m2/s, allowed: with fluid.maximum_time_step up to 0.2 s"
-    assert found == {"fluid.explicit_viscosity": text}
-
-
 def test_contact_angles_need_interfaces_that_pull() -> None:
     rock = '[bodies.rock]\nshape = "sphere"\nradius = 0.2\nposition = [0.5, 0.5, 0.1]\nmotion.kind = "fixed"\ncontact_angle = 120.0\n'
     wetted = {"upper = [1.0, 1.0, 1.0]": "upper = [1.0, 1.0, 1.0]\ncontact_angle = 30.0"}
@@ -135,7 +127,7 @@ def test_small_scenario_is_sound() -> None:
         ("particle_spacing = 0.1", "particle_spacing = 0.1\ndimension = 2.0", "fluid.dimension", "a whole number"),
         ("particle_spacing = 0.1", "particle_spacing = 0.1\ndimension = 4", "fluid.dimension", "at most 3"),
         ("particle_spacing = 0.1", 'particle_spacing = 0.1\nscheme = "papr"', "fluid.scheme", "did you mean 'paper'?"),
-        ("particle_spacing = 0.1", "particle_spacing = 0.1\nexplicit_viscosity = 1", "fluid.explicit_viscosity", "true or false"),
+        ("particle_spacing = 0.1", "particle_spacing = 0.1\ninterfacial_tension = 1", "fluid.interfacial_tension", "true or false"),
         ("duration = 0.1", "duration = 0.0", "run.duration", "1e-06 or more and at most 1e+08 s"),
         ("duration = 0.1", "duration = 0.001", "run.communication_step", "up to duration"),
         ("duration = 0.1", "duration = 0.1\nthreads = 0", "run.threads", "1 or more"),
@@ -202,7 +194,7 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
         (
             '[bodies.b]\nshape = "sphere"\nradius = 0.1\nposition = [0.5, 0.5, 0.5]\nmotion = "fixed"\nvelocity = [1.0, 0.0, 0.0]',
             "bodies.b.velocity",
-            "only for a body that is free from the start",
+            "only for a free body",
         ),
         ('[probes.p]\nkind = "pressure"\npoint = [2.0, 0.5, 0.0]', "probes.p.point", "inside the tank"),
         ('[probes.p]\nkind = "body"\nbody = "rock"', "probes.p.body", "is no body"),
@@ -246,11 +238,6 @@ def test_mistake_is_found_and_explained(old: str, new: str, path: str, part: str
         (
             '[emitters.e]\nphase = "oil"\nmouth = [0.5, 0.5, 0.9]\nradius = 0.1\nspeed = 1.0\ndirection = [1e-200, 0, 0]',
             "emitters.e.direction",
-            "not all zero",
-        ),
-        (
-            '[fill.c]\nshape = "cylinder"\nphase = "oil"\nbase = [0.5, 0.5, 0.3]\nradius = 0.1\nheight = 0.2\naxis = [1e-200, 0, 0]',
-            "fill.c.axis",
             "not all zero",
         ),
         ("[site]\nlatitude = 58.9\nlongitude = 5.6\nbearing_deg = 700", "site.bearing_deg", "is 700, allowed: -360 or more and at most"),

@@ -17,6 +17,7 @@ from recordings.files.checkpoint import CheckpointError
 from recordings.replay.moments import recorded_steps
 from recordings.replay.recording import Replay
 from scenarios.cli import main
+from scenarios.running import checkpoints
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.plan import Plan, plan_from
 from scenarios.running.run import RunOptions, resume, run_scenario
@@ -134,9 +135,12 @@ def test_checkpoints_do_not_change_the_run(tmp_path: Path) -> None:
     assert [file.name for file in (tmp_path / "never" / "whole.checkpoints").iterdir()] == ["step-000000012.npz"]
 
 
-def test_too_many_checkpoints_are_thinned_out_and_every_time_can_still_be_gone_back_to(tmp_path: Path) -> None:
+def test_too_many_checkpoints_are_thinned_out_and_every_time_can_still_be_gone_back_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """13 would be written in 12 steps: over 4, every second one goes, twice; what is asked for stays, as at the end."""
-    scenario = scenario_of(CALM, "recording.checkpoints_kept=4", steps=12, interval=1)
+    monkeypatch.setattr(checkpoints, "KEPT", 4)
+    scenario = scenario_of(CALM, steps=12, interval=1)
     whole = run(scenario, tmp_path)
     kept = [int(file.stem.removeprefix("step-")) for file in sorted((tmp_path / "whole.checkpoints").iterdir())]
     assert kept == [0, 4, 8, 12]

@@ -13,7 +13,7 @@ import pytest
 from booms.boom import BoomDesign
 from oilsim import BoundaryParticles, FluidConfig, Phase, PipeEmitter
 from oilsim.core.quantity import LARGEST, Quantity, quantities
-from oilsim.sea import KaimalGusts, RegularWaves, SteadyFlow, WindDrift, Zone
+from oilsim.sea import KaimalGusts, RegularWaves, SteadyFlow, Zone
 from scenarios.schema.bodies import WigleyBody
 from scenarios.schema.exercise import BoomSettings, LegSettings, VesselSettings
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, PipeEmitterSettings, Tank, ZoneSettings
@@ -77,9 +77,6 @@ PAIRS = {
     "wind": Pair(SteadySeaWind, {"speed": 5.0}, SteadyFlow, {"speed": 5.0}, _same("speed", "direction"), _built(SteadyFlow)),
     "gusts": Pair(
         SteadySeaWind, {"speed": 5.0}, KaimalGusts, {}, {"gust_intensity": "intensity"}, _built(KaimalGusts),
-    ),
-    "drift": Pair(
-        SteadySeaWind, {"speed": 5.0}, WindDrift, {}, {"drift_layer": "layer", **_same("deflection")}, _built(WindDrift),
     ),
     "current": Pair(SteadySeaCurrent, {"speed": 5.0}, SteadyFlow, {"speed": 5.0}, _same("speed", "direction"), _built(SteadyFlow)),
     "waves": Pair(
@@ -178,7 +175,6 @@ def test_settings_and_owners_share_their_declarations() -> None:
     for case in PAIRS.values():
         for setting, name in case.shared.items():
             assert quantities(case.section)[setting] == quantities(case.owner)[name]
-    assert set(quantities(FluidConfig)) - set(quantities(FluidSettings)) == {"lower", "upper", "sleep_margin"}
     config = FluidConfig(
         particle_spacing=0.1, phases=(Phase(name="a", rest_density=1.0),), lower=(0, 0, 0), upper=(1, 1, 1)
     )
@@ -205,9 +201,9 @@ def test_settings_at_odds_are_refused_alike() -> None:
 
 def test_a_file_still_tells_path_value_limits_and_unit() -> None:
     with pytest.raises(ScenarioError) as caught:
-        structure({"speed": 1.0, "drift_layer": 0.0, "gust_intensity": "a lot"}, SteadySeaWind)
+        structure({"speed": -1.0, "gust_intensity": "a lot"}, SteadySeaWind)
     assert {str(problem) for problem in caught.value.problems} == {
-        "drift_layer is 0.0, allowed: above 0 and at most 10 m",
+        "speed is -1.0, allowed: 0 or more and at most 100 m/s",
         "gust_intensity is 'a lot', allowed: a number, 0 or more and at most 0.5",
     }
-    assert as_data(SteadySeaWind(speed=1.0))["drift_layer"] == 0.5
+    assert as_data(SteadySeaWind(speed=1.0))["gust_intensity"] == 0.0

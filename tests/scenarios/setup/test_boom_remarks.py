@@ -94,8 +94,10 @@ def test_fills_that_do_not_fit_the_spacing_are_told() -> None:
     assert "its particles hold 200 litres, 1.33 times the 150 litres of its shape" in told["oil"]
     assert any("1.33 times" in text for text in estimate(scenario).told)
     assert misfits(scenario.fill, scenario.tank, 0.05, 3) == {}
-    ball = changed(fill__oil={"shape": "sphere", "phase": "oil", "center": [1.5, 2.0, 0.9], "radius": 0.09})
-    assert "fill.oil: its particles hold 8 litres" in misfits(ball.fill, ball.tank, 0.1, 3)["oil"]
+    drum = changed(
+        fill__oil={"shape": "cylinder", "phase": "oil", "base": [1.5, 2.0, 0.9], "radius": 0.09, "height": 0.05}
+    )
+    assert "fill.oil: its particles hold 4 litres" in misfits(drum.fill, drum.tank, 0.1, 3)["oil"]
 
 
 def test_an_exclusion_needs_its_area() -> None:

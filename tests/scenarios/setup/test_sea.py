@@ -65,8 +65,6 @@ kind = "steady"
 speed = 8.0
 direction_deg = 90.0
 gust_intensity = 0.12
-drift_layer = 1.5
-deflection_deg = 15.0
 [sea.langmuir]
 spacing = 8.0
 """
@@ -96,7 +94,6 @@ def test_a_sea_is_as_its_table_says(tmp_path):
     assert told.current.shear_exponent == 0.14
     assert sea.mean_wind(5.0) == pytest.approx((0.0, 8.0))
     assert (told.wind.gusts.intensity, told.wind.gusts.seed) == (0.12, 7)
-    assert (told.wind.drift.layer, told.wind.drift.deflection) == (1.5, pytest.approx(math.radians(15.0)))
     assert told.build_up == 40.0
     assert (told.langmuir.spacing, told.langmuir.seed) == (8.0, 7)
     assert told.diffusivity == 0.5
@@ -110,9 +107,9 @@ def test_the_sea_of_a_tank_is_as_deep_as_its_water(tmp_path):
 
 
 def test_a_regular_wave(tmp_path):
-    text = '[sea]\ndepth = 5.0\n[sea.waves]\nkind = "regular"\nheight = 0.4\nperiod = 4.0\ntheory = "stokes-2"\n'
+    text = '[sea]\ndepth = 5.0\n[sea.waves]\nkind = "regular"\nheight = 0.4\nperiod = 4.0\n'
     sea = build_sea(scenario_of(tmp_path, text))
-    assert sea.description.waves == RegularWaves(height=0.4, period=4.0, theory="stokes-2")
+    assert sea.description.waves == RegularWaves(height=0.4, period=4.0)
 
 
 @pytest.mark.parametrize(
@@ -154,20 +151,6 @@ def write_netcdf(
             if fill:
                 variable._FillValue = np.int16(-20)
         file.createVariable("temperature", "d", ("time",)).standard_name = "air_temperature"
-
-
-@pytest.mark.parametrize("kind", ["wind", "current"])
-def test_a_scenario_says_how_long_a_gap_of_its_file_may_be(tmp_path, kind):
-    """The file has rows a minute apart, then one after 540 s: by default that is too long."""
-    rows = ["time [s], x_velocity [m/s], y_velocity [m/s]", "0, 1, 0", "60, 1, 0", "120, 1, 0", "660, 1, 3"]
-    (tmp_path / "flow.csv").write_text("\n".join(rows))
-    table = f'[sea]\ndepth = 5.0\n[sea.{kind}]\nkind = "file"\nfile = "flow.csv"\n'
-    sea = build_sea(scenario_of(tmp_path, table + "longest_gap = 540.0\n"))
-    flow = sea.mean_wind(390.0) if kind == "wind" else sea.current(0.0, 390.0)
-    assert flow == pytest.approx((1.0, 1.5))
-    for limit in ("", "longest_gap = 539.0\n"):
-        with pytest.raises(ScenarioError, match=f"sea.{kind}.file flow.csv: a gap of 540 s follows 120 s"):
-            build_sea(scenario_of(tmp_path, table + limit))
 
 
 def test_a_netcdf_file_gives_the_same_wind(tmp_path):

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim import block
-from scenarios.setup.solids.body_motions import TowingMotion
 from tests.validation.bodies.towing import BEATS, towed
+from tests.validation.bodies.towing_motion import TowingMotion
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import disc
 from tests.validation.scenes import closed_channel, liquid

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim import Fluid, block, solid_box
-from scenarios.setup.solids.body_motions import TowingMotion
+from tests.validation.bodies.towing_motion import TowingMotion
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.scenes import GRAVITY, closed_channel, liquid, open_tank
 
