@@ -8,6 +8,7 @@ the volume and its moments is zero on the waterplane, so that the lid that would
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import trimesh
@@ -48,7 +49,7 @@ def hydrostatics(mesh: trimesh.Trimesh, waterline: float) -> Hydrostatics:
         raise ValueError("mesh is not watertight: its displaced volume is undefined, a closed surface is needed")
     triangles = np.asarray(mesh.vertices, dtype=np.float64)[mesh.faces]
     triangles[:, :, 2] -= waterline
-    wetted = _clip_below_zero(triangles)
+    wetted = cut_below(triangles, triangles[:, :, 2]).triangles
     if len(wetted) == 0:
         raise ValueError(f"waterline {waterline:g} m lies below the mesh, lowest point {mesh.bounds[0, 2]:g} m")
     vertical_area = 0.5 * np.cross(wetted[:, 1] - wetted[:, 0], wetted[:, 2] - wetted[:, 0])[:, 2]
@@ -91,26 +92,44 @@ def waterline_for_volume(mesh: trimesh.Trimesh, displaced_volume: float) -> floa
     return 0.5 * (low + high)
 
 
-def _clip_below_zero(triangles: Array) -> Array:
-    """Return the parts of triangles (N, 3, 3) with z < 0, as triangles that keep their orientation."""
-    below = triangles[:, :, 2] < 0.0
+class Cut(NamedTuple):
+    """The pieces of a surface below a plane.
+
+    triangles (N, 3, 3) [m], wound as before; source (N,): the triangle that each is a piece of; edges (E, 2, 3) [m]: where the plane cuts
+    triangles, wound as a lid on the plane is.
+    """
+
+    triangles: Array
+    source: NDArray[np.int64]
+    edges: Array
+
+
+def cut_below(triangles: Array, height: Array) -> Cut:
+    """Return the parts of triangles (T, 3, 3) [m] below a plane; height (T, 3) [m] of their corners over it."""
+    below = height < 0.0
     count = below.sum(axis=1)
-    tip = _first_vertex_first(triangles[count == 1], below[count == 1])
-    cut = _first_vertex_first(triangles[count == 2], ~below[count == 2])
-    tips = np.stack([tip[:, 0], _waterline_point(tip[:, 0], tip[:, 1]), _waterline_point(tip[:, 0], tip[:, 2])], axis=1)
-    leaving, entering = _waterline_point(cut[:, 0], cut[:, 1]), _waterline_point(cut[:, 0], cut[:, 2])
+    whole, one, two = (np.flatnonzero(count == corners) for corners in (3, 1, 2))
+    tip, tip_height = _first_vertex_first(triangles[one], height[one], below[one])
+    cut, cut_height = _first_vertex_first(triangles[two], height[two], ~below[two])
+    right, left = (_crossing(tip, tip_height, end) for end in (1, 2))
+    leaving, entering = (_crossing(cut, cut_height, end) for end in (1, 2))
+    tips = np.stack([tip[:, 0], right, left], axis=1)
     lower = np.stack([leaving, cut[:, 1], cut[:, 2]], axis=1)
     upper = np.stack([leaving, cut[:, 2], entering], axis=1)
-    return np.concatenate([triangles[count == 3], tips, lower, upper])
+    return Cut(
+        triangles=np.concatenate([triangles[whole], tips, lower, upper]),
+        source=np.concatenate([whole, one, two, two]),
+        edges=np.concatenate([np.stack([left, right], axis=1), np.stack([leaving, entering], axis=1)]),
+    )
 
 
-def _first_vertex_first(triangles: Array, marked: NDArray[np.bool_]) -> Array:
-    """Rotate each triangle so that its one marked vertex comes first; the orientation stays."""
+def _first_vertex_first(triangles: Array, height: Array, marked: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Rotate each triangle, and its heights, so that its one marked vertex comes first; the orientation stays."""
     order = (np.argmax(marked, axis=1)[:, None] + np.arange(3)) % 3
-    return np.take_along_axis(triangles, order[:, :, None], axis=1)
+    return np.take_along_axis(triangles, order[:, :, None], axis=1), np.take_along_axis(height, order, axis=1)
 
 
-def _waterline_point(start: Array, end: Array) -> Array:
-    """Return the points (N, 3) in which the edges from `start` to `end` (N, 3) meet z = 0."""
-    fraction = start[:, 2] / (start[:, 2] - end[:, 2])
-    return start + fraction[:, None] * (end - start)
+def _crossing(triangles: Array, height: Array, end: int) -> Array:
+    """Return the points (N, 3) [m] in which the edges from the first corner to the corner `end` meet height 0."""
+    fraction = height[:, 0] / (height[:, 0] - height[:, end])
+    return triangles[:, 0] + fraction[:, None] * (triangles[:, end] - triangles[:, 0])

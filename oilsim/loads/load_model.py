@@ -1,13 +1,14 @@
 """Description of a floating body for loads without particles: parts that displace water, and stations that are dragged.
 
-All in the body's own axes, with the origin at its centre of mass. A part is a closed piece of the body's mesh, short against the waves:
-a segment of a boom, a strip of a hull. A station is a place with areas on which water or wind presses.
+All along the model's axes, which are the body's own or turned from them, with the origin at the body's centre of mass. A part is a closed
+piece of the body's mesh, short against the waves: a segment of a boom, a strip of a hull, a cell of a crate. A station is a place with
+areas on which water or wind presses; they press on the skin of a part, too, where it has one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -22,15 +23,19 @@ class Part:
     """A piece of a body that displaces water.
 
     triangles      (T, 3, 3) [m] closed surface, outward
-    added_mass     (3,) [kg] along the body's axes, at the design waterline
-    wave_damping   (3,) [kg/s] along the body's axes, at the design waterline: force by relative speed, from the waves that it makes
+    added_mass     (3,) [kg] along the model's axes, at the design waterline
+    wave_damping   (3,) [kg/s] along the model's axes, at the design waterline: force by relative speed, from the waves that it makes
     design_volume  [m3] wetted at the design waterline: added mass and damping fade with the wetted volume below it
+    skin           (N, 3, 3) [m] pieces of the body's own surface, outward, on which water and air press and rub
+    skin_drag      (2,) [1] C_n of the flow across the skin and C_f of that along it
     """
 
     triangles: Array
     added_mass: Array
     wave_damping: Array
     design_volume: float
+    skin: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    skin_drag: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,8 +43,8 @@ class Station:
     """A place of a body on which moving water and air press.
 
     place        (3,) [m]
-    drag_area    (3,) [m2] C_d A of water along each of the body's axes, fully wetted
-    wind_area    (3,) [m2] C_d A of air along each of the body's axes, fully dry
+    drag_area    (3,) [m2] C_d A of water along each of the model's axes, fully wetted
+    wind_area    (3,) [m2] C_d A of air along each of the model's axes, fully dry
     half_height  [m] half the vertical extent of these areas, over which a station gets wet
     """
 
@@ -51,14 +56,18 @@ class Station:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoadModel:
-    """Parts and stations of one body; ValueError for a part with no volume, or numbers that are not finite."""
+    """Parts and stations of one body; ValueError for a part with no volume, or numbers that are not finite.
+
+    axes  (3, 3) [1] the model's axes, one a column, along the body's axes
+    """
 
     parts: tuple[Part, ...]
     stations: tuple[Station, ...] = ()
+    axes: Array = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         for index, part in enumerate(self.parts):
-            numbers = (part.triangles, part.added_mass, part.wave_damping)
+            numbers = (part.triangles, part.added_mass, part.wave_damping, part.skin)
             if not all(np.isfinite(values).all() for values in numbers):
                 raise ValueError(f"loads: part {index} has numbers that are not finite, allowed: finite numbers")
             if not part.design_volume > 0.0:
@@ -89,6 +98,17 @@ class StackedStations(NamedTuple):
     half_height: Array
 
 
+class StackedSkin(NamedTuple):
+    """Skins of all parts, see `Part`: part (N,), corners (N, 3, 3) and center (N, 3) [m], normal (N, 3), area (N,) [m2], drag (P, 2)."""
+
+    part: Ints
+    corners: Array
+    center: Array
+    normal: Array
+    area: Array
+    drag: Array
+
+
 def stacked_parts(models: Sequence[LoadModel]) -> StackedParts:
     """Return the parts of all bodies as arrays."""
     parts = [(index, part) for index, model in enumerate(models) for part in model.parts]
@@ -115,4 +135,22 @@ def stacked_stations(models: Sequence[LoadModel]) -> StackedStations:
         drag_area=np.array([station.drag_area for _, station in stations], dtype=np.float64).reshape(-1, 3),
         wind_area=np.array([station.wind_area for _, station in stations], dtype=np.float64).reshape(-1, 3),
         half_height=np.array([station.half_height for _, station in stations], dtype=np.float64),
+    )
+
+
+def stacked_skin(models: Sequence[LoadModel]) -> StackedSkin:
+    """Return the skins of all parts of all bodies as arrays, without pieces that have no area."""
+    parts = [part for model in models for part in model.parts]
+    corners = np.concatenate([np.zeros((0, 3, 3)), *(part.skin for part in parts)])
+    owner = np.repeat(np.arange(len(parts), dtype=np.int64), [len(part.skin) for part in parts])
+    twice = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(twice, axis=1)
+    kept = size > 0.0
+    return StackedSkin(
+        part=owner[kept],
+        corners=np.ascontiguousarray(corners[kept]),
+        center=corners[kept].mean(axis=1),
+        normal=twice[kept] / size[kept, None],
+        area=0.5 * size[kept],
+        drag=np.array([part.skin_drag for part in parts], dtype=np.float64).reshape(-1, 2),
     )

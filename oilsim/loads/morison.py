@@ -20,7 +20,11 @@ Drag by stations, along each of the body's axes by itself (cross-flow principle)
 
     F_i = rho / 2 C_d A_i w |u_i - v_i| (u_i - v_i),   in air: rho_a / 2 C_d A_i (1 - w) |W_i - v_i| (W_i - v_i).
 
-Damping is the derivative of both by the body's twist. Source: Morison et al. 1950; Newman 1977, sections 2.14 and 6.17.
+Drag by skin, on every piece of it with area A and outward normal n, half of it in front and half in the wake, with the water of its part:
+
+    F = rho / 4 C_n A w |u_n| u_n n + rho / 2 C_f A w |u_t| u_t,   u_n = (u - v) . n,  u_t = u - v - u_n n; in air likewise.
+
+Damping is the derivative of all drag by the body's twist. Source: Morison et al. 1950; Newman 1977, sections 2.14 and 6.17.
 """
 
 from __future__ import annotations
@@ -35,7 +39,15 @@ from numpy.typing import NDArray
 
 from oilsim.backend.wrenches import add_force_at
 from oilsim.core.physical_constants import AIR_DENSITY
-from oilsim.loads.load_model import LoadModel, StackedParts, StackedStations, stacked_parts, stacked_stations
+from oilsim.loads.load_model import (
+    LoadModel,
+    StackedParts,
+    StackedSkin,
+    StackedStations,
+    stacked_parts,
+    stacked_skin,
+    stacked_stations,
+)
 from oilsim.loads.wetted_volume import add_wetted_volume
 from oilsim.sea import Sea
 
@@ -65,7 +77,7 @@ class _Motion(NamedTuple):
 class _Water(NamedTuple):
     """Sea at n points: elevation (n,) [m]; velocity [m/s], acceleration [m/s2], each (n, 3).
 
-    Parts have the acceleration of the surface above them, too, stations the wind, each (n, 3).
+    Parts have the acceleration of the surface above them, too; stations, and parts with a skin, the wind, each (n, 3).
     """
 
     elevation: Array
@@ -85,7 +97,9 @@ class FloatingBodies:
     def __init__(self, models: Sequence[LoadModel], sea: Sea) -> None:
         self.sea = sea
         self._densities = np.array([sea.description.density, AIR_DENSITY, sea.description.gravity])
-        self._parts, self._stations = stacked_parts(models), stacked_stations(models)
+        self._parts, self._stations, self._skin = stacked_parts(models), stacked_stations(models), stacked_skin(models)
+        self._skinned = np.unique(self._skin.part)
+        self._axes = np.array([model.axes for model in models]).reshape(-1, 3, 3)
         self._count = len(models)
 
     def in_sea(self, sea: Sea) -> FloatingBodies:
@@ -96,13 +110,15 @@ class FloatingBodies:
 
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
         """Return the loads at `time` [s]; pose (B, 7) [m, 1] with quaternions xyzw, twist (B, 6) [m/s, rad/s]."""
-        motion = _Motion(np.ascontiguousarray(pose[:, :3]), _matrices(pose[:, 3:]), np.ascontiguousarray(twist))
+        turn = _matrices(pose[:, 3:]) @ self._axes
+        motion = _Motion(np.ascontiguousarray(pose[:, :3]), turn, np.ascontiguousarray(twist))
         found = BodyLoads(*(np.zeros((self._count, *shape)) for shape in ((6,), (6, 6), (6, 6), ())))
         centers = _world_points(motion, self._parts.body, self._parts.center)
         places = _world_points(motion, self._stations.body, self._stations.place)
         parts, stations = self._water_at(centers, places, time)
         _add_parts(self._parts, motion, parts, self._densities, found)
         _add_stations(self._stations, motion, stations, places, self._densities, found)
+        _add_skin(self._skin, self._parts.body, motion, parts, self._densities, found)
         _into_world(motion.turn, found)
         return found
 
@@ -119,10 +135,19 @@ class FloatingBodies:
                     velocity=motion.velocity[chosen],
                     acceleration=motion.acceleration[chosen],
                     surface_acceleration=motion.acceleration[both:] if of_parts else np.zeros((0, 3)),
-                    wind=np.zeros((0, 3)) if of_parts else self._wind_at(places, motion.elevation[chosen], time),
+                    wind=self._wind_on_skin(centers, time)
+                    if of_parts
+                    else self._wind_at(places, motion.elevation[chosen], time),
                 )
             )
         return waters[0], waters[1]
+
+    def _wind_on_skin(self, centers: Array, time: float) -> Array:
+        """Ask the sea for the wind (P, 3) [m/s] at the centers (P, 3) [m] of parts that have a skin; 0 at the others."""
+        wind = np.zeros((len(centers), 3))
+        if len(self._skinned):
+            wind[self._skinned, :2] = self.sea.wind(centers[self._skinned, :2], time)
+        return wind
 
     def _wind_at(self, places: Array, elevation: Array, time: float) -> Array:
         """Ask the sea for the wind (S, 3) [m/s] at the places (S, 3) [m] of stations that are not all under water; 0 at the others."""
@@ -277,6 +302,64 @@ def _add_stations(
             _press(0.5 * densities[1] * (1.0 - share), stations.wind_area[s], slip, pressed, slope)
         add_force_at(found.wrench[b], arm, pressed)
         _spread(found.damping[b], arm, slope)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_skin(
+    skin: StackedSkin, body: NDArray[np.int64], motion: _Motion, water: _Water, densities: Array, found: BodyLoads
+) -> None:
+    """Add drag of water and air on all pieces of skin to `found`, along the bodies' axes; body (P,) of each part."""
+    twists = _own_twists(motion)
+    slip, along, across, force = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for k in range(len(skin.part)):
+        p = skin.part[k]
+        b, arm, normal = body[p], skin.center[k], skin.normal[k]
+        share = _wet_share(motion.turn[b, 2], skin.corners[k], water.elevation[p] - motion.position[b, 2])
+        force[:] = 0.0
+        for fluid in range(2):
+            weight = 0.5 * densities[fluid] * skin.area[k] * (share if fluid == 0 else 1.0 - share)
+            if not weight > 0.0:
+                continue
+            _slip(motion.turn[b], water.velocity[p] if fluid == 0 else water.wind[p], twists[b], arm, slip)
+            through = slip[0] * normal[0] + slip[1] * normal[1] + slip[2] * normal[2]
+            for axis in range(3):
+                along[axis] = slip[axis] - through * normal[axis]
+            speed = np.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
+            pressing = 0.5 * weight * skin.drag[p, 0] * abs(through)
+            rubbing = weight * skin.drag[p, 1] * speed
+            for axis in range(3):
+                force[axis] += pressing * through * normal[axis] + rubbing * along[axis]
+            _add_along(found.damping[b], arm, normal, 2.0 * pressing)
+            if rubbing > 0.0:
+                for axis in range(3):
+                    along[axis] /= speed
+                _cross(normal, along, across)
+                _add_along(found.damping[b], arm, along, 2.0 * rubbing)
+                _add_along(found.damping[b], arm, across, rubbing)
+        add_force_at(found.wrench[b], arm, force)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _wet_share(up: Array, corners: Array, level: float) -> float:
+    """Return the share of a triangle's height below `level` [m]; up (3,), corners (3, 3) [m] along a body's axes."""
+    low, high = np.inf, -np.inf
+    for corner in range(3):
+        height = up[0] * corners[corner, 0] + up[1] * corners[corner, 1] + up[2] * corners[corner, 2]
+        low, high = min(low, height), max(high, height)
+    if level >= high:
+        return 1.0
+    return 0.0 if level <= low else (level - low) / (high - low)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_along(matrix: Array, arm: Array, direction: Array, value: float) -> None:
+    """Add value g g^T to a matrix (6, 6), g the velocity along `direction` (3,) at `arm` (3,) [m] by the twist."""
+    lever = np.empty(6)
+    lever[:3] = direction
+    _cross(arm, direction, lever[3:])
+    for i in range(6):
+        for j in range(6):
+            matrix[i, j] += value * lever[i] * lever[j]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

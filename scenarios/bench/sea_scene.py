@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from booms.deployment import PlacedBody
 from coupling.bullet.rigid_body_participant import RigidBodyParticipant
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.co_simulation import CoSimulation
@@ -17,7 +18,7 @@ from coupling.testkit.run import TestRun, body_frame
 from oilsim.loads.morison import FloatingBodies
 from oilsim.sea import Sea, SeaDescription
 from recordings.model.frame import Frame, MeshDescription, RunDescription
-from scenarios.setup.at_sea.sea_loads import loads_of_mesh
+from scenarios.setup.at_sea.sea_loads import loads_of_body
 
 STEP = 0.02  # [s]
 UNRESOLVED = 1.0  # [m], stands for the spacing of a run without particles
@@ -47,12 +48,19 @@ class SeaScene(TestRun):
     ) -> None:
         """Add a floating body of even `density` [kg/m3]; `mesh` [m] is about its centre of mass, `position` [m] is where that lies.
 
-        Added mass, wave damping and drag are those of its sections (modelled, `vessels.loads`). Raises ValueError for a body that sinks,
-        and once the run has begun.
+        Added mass, wave damping and drag follow from its shape as it is placed (modelled, `vessels.bluff_body`).
+        Raises ValueError for a body that sinks, and once the run has begun.
         """
         self._require_not_begun(f"body {name!r}")
         properties = mass_properties(mesh, density=density)
-        self._models[name] = loads_of_mesh(mesh, properties, self.sea.description.density)
+        placed = PlacedBody(
+            name=name,
+            mesh=mesh,
+            mass_properties=properties,
+            position=np.array(position),
+            orientation=np.array(orientation),
+        )
+        self._models[name] = loads_of_body(placed, self.sea.description.density)
         self.world.add_body(name, mesh, properties, position, orientation)
         self._meshes[name] = mesh
 

@@ -97,11 +97,13 @@ class MeshBody(BodySettings):
     surfaces. `oilsim check` and a run tell what was mended; holes, sheets without thickness and surfaces that cross themselves are refused.
 
     scale  metres per unit of the file
+    hull   whether it is a ship's hull, drawn upright with its bow along x: without particles, water along it makes friction alone
     """
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "mesh")
     file: str
     scale: float = quantity("m per unit", default=1.0, above=0.0)
+    hull: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

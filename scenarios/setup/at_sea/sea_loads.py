@@ -18,11 +18,8 @@ from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
-    from trimesh import Trimesh
-
     from booms.reel import Track
     from coupling.bullet.rigid_body_world import RigidBodyWorld
-    from coupling.solids.bodies import MassProperties
     from oilsim.loads.load_model import LoadModel
     from oilsim.sea import Sea
     from scenarios.setup.afloat.fleet import Fleet
@@ -48,8 +45,7 @@ def load_bodies(world: RigidBodyWorld, scenario: RunSpec, sea: Sea, fleet: Fleet
         if solid.motion != "free" or not solid.wetted or solid.name in models:
             continue
         try:
-            placed = solid.placed
-            models[solid.name] = loads_of_mesh(placed.mesh, placed.mass_properties, sea.description.density)
+            models[solid.name] = loads_of_body(solid.placed, sea.description.density, is_hull=solid.is_hull)
         except ValueError as error:
             problems.append(Problem(table_entry(solid.name), f"{error}, allowed without a tank: bodies that float"))
     if problems:
@@ -89,15 +85,20 @@ def _models_of_fleet(fleet: Fleet) -> Iterator[tuple[str, LoadModel]]:
         yield body_of(vessel.name), model
 
 
-def loads_of_mesh(mesh: Trimesh, properties: MassProperties, water_density: float) -> LoadModel:
-    """Return the load model of a body of any shape, afloat upright as its mesh is drawn; ValueError for one that sinks.
+def loads_of_body(placed: PlacedBody, water_density: float, *, is_hull: bool = False) -> LoadModel:
+    """Return the load model of a body that floats as it is placed, in water of `water_density` [kg/m3]; ValueError for one that sinks.
 
-    mesh [m] is about the body's centre of mass; water_density [kg/m3].
+    A hull floats upright as its mesh is drawn, with its bow along x.
     """
     from coupling.solids.hydrostatics import hydrostatics, waterline_for_volume
+    from vessels.bluff_body import bluff_body_loads
     from vessels.hull import Hull
     from vessels.loads import hull_loads
 
+    mesh, properties = placed.mesh, placed.mass_properties
+    if not is_hull:
+        up = Rotation.from_quat(placed.orientation).inv().apply((0.0, 0.0, 1.0))
+        return bluff_body_loads(mesh, properties.mass, water_density, up)
     waterline = waterline_for_volume(mesh, properties.mass / water_density)
     hull = Hull(
         mesh=mesh,

@@ -20,7 +20,7 @@ from coupling.solids.thin_parts import HELD
 from oilsim import BoundaryParticles
 from oilsim.core.phases import RIGHT_ANGLE
 from recordings.model.frame import Color
-from scenarios.schema.bodies import Body, Fixed, MeshBody, SineMotion
+from scenarios.schema.bodies import Body, Fixed, MeshBody, SineMotion, WigleyBody
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.setup.solids.body_shapes import body_solid
 from scenarios.spec.resolve import RunSpec
@@ -35,6 +35,7 @@ HELD_DENSITY = 1000.0  # [kg/m3] of a held body, whose mass nobody feels
 class Solid:
     """A body with its place, how it moves, and whether the liquid meets it.
 
+    is_hull: it is a ship with its bow along x, for loads without particles;
     notes: what was mended of its mesh, and what hollows it has, in words.
     """
 
@@ -43,6 +44,7 @@ class Solid:
     linear_velocity: Vector = (0.0, 0.0, 0.0)
     contact: bool = True
     wetted: bool = True
+    is_hull: bool = False
     no_slip: bool = False
     contact_angle: float = RIGHT_ANGLE
     color: Color | None = None
@@ -116,6 +118,7 @@ def _solid(name: str, body: Body, shape: SolidMesh) -> Solid:
         motion=_motion(body, vector(position), (x, y, z, w)),
         linear_velocity=body.velocity,
         contact=body.contact,
+        is_hull=isinstance(body, WigleyBody) or (isinstance(body, MeshBody) and body.hull),
         no_slip=body.no_slip,
         contact_angle=body.contact_angle,
         color=body.color,

@@ -111,3 +111,18 @@ def test_check_tells_of_thin_plates_as_run_does() -> None:
         "gate has plates 0.02 m thin, 0.4 particle spacings",
     ]
     assert estimate(scenario_of(gate.format(0.065))).told == ()
+
+
+@pytest.mark.parametrize("entry", ["", "hull = true\n"])
+def test_a_mesh_is_a_hull_only_if_it_says_so(tmp_path: Path, entry: str) -> None:
+    """A box of 0.6 x 0.2 x 0.2 m, half afloat in 1 m/s along it: by its face C_n A rho / 2 = 12 N; of a hull, friction below 2 N."""
+    table = hull(tmp_path, box((0.6, 0.2, 0.2))).replace('motion = "fixed"\n', entry).replace("0.35]", "0.6]")
+    sea = '[sea]\ndepth = 10.0\nlevel = 0.6\n[sea.current]\nkind = "steady"\nspeed = 1.0\n'
+    world = build(scenario_from(tomllib.loads('fidelity = "none"\n' + TANK + sea + table))).world
+    assert world is not None and world.environment is not None
+    force = world.environment.loads(0.0, world.poses(["hull"]), np.zeros((1, 6))).wrench[0, 0]
+    world.close()
+    if entry:
+        assert 0.0 < force < 2.0
+    else:
+        assert force == pytest.approx(0.5 * 1000.0 * 1.17 * 0.02, rel=0.1)
