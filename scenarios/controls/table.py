@@ -13,6 +13,7 @@ from fnmatch import fnmatch
 from typing import Any
 
 from scenarios.schema.cross_checks import Parts
+from scenarios.schema.parsing.relations import entries_at, entries_of
 from scenarios.schema.parsing.structuring import spellings
 from scenarios.text.problems import Problem
 
@@ -128,32 +129,10 @@ def _is_taken(control: Control, keys: Sequence[str], parts: Parts) -> bool:
     return keys[0] != "tow" or any(one.follows_tow for one in parts.vessels.values())
 
 
-def entries_at(pattern: str, scenario: Any) -> Iterator[tuple[str, Any, Any]]:
-    """Yield the path, the section and the value of each entry that a key names, which may have ``*`` for a name or a number."""
-    found = [("", None, scenario)]
-    for part in pattern.split("."):
-        found = [
-            (f"{path}.{name}" if path else name, inner, entry)
-            for path, _, inner in found
-            for name, entry in _entries(inner, part)
-        ]
-    yield from found
-
-
-def _entries(section: Any, part: str) -> Iterator[tuple[str, Any]]:
-    """Yield the entries of a section, a table of names or a list that a part of a key names."""
-    if isinstance(section, Mapping):
-        yield from ((name, entry) for name, entry in section.items() if part in ("*", name))
-    elif isinstance(section, tuple):
-        yield from ((str(index), entry) for index, entry in enumerate(section) if part in ("*", str(index)))
-    elif hasattr(section, part):
-        yield part, getattr(section, part)
-
-
 def with_entry(section: Any, keys: Sequence[str], value: float) -> Any:
     """Return a section with another value of the entry that keys lead to; ScenarioError for one that is not allowed."""
     key, rest = keys[0], keys[1:]
-    (_, old), *_ = _entries(section, key)
+    (_, old), *_ = entries_of(section, key)
     entry = with_entry(old, rest, value) if rest else value
     if is_dataclass(section) and not isinstance(section, type):
         return replace(section, **{key: entry})

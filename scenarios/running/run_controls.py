@@ -16,8 +16,9 @@ import numpy as np
 from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import PipeEmitter
-from scenarios.controls.table import CONTROLS, SETTERS, entries_at, with_entry
+from scenarios.controls.table import CONTROLS, SETTERS, with_entry
 from scenarios.schema.exercise import body_of
+from scenarios.schema.parsing.relations import entries_at
 from scenarios.setup.afloat.boom_lines import laid_out, reel_name
 from scenarios.setup.afloat.fleet import course_of, gains_of
 from scenarios.setup.afloat.moorings import leg_name, tie_name

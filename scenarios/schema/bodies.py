@@ -13,7 +13,8 @@ from typing import ClassVar
 
 from oilsim.core.phases import Wetting
 from oilsim.core.quantity import quantity, quantity_of
-from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector, directed
+from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
+from scenarios.schema.parsing.relations import Relation, above, at_most_one, directed
 from scenarios.text.problems import Problem
 from vessels.hull_size import HullSize
 
@@ -42,14 +43,11 @@ class SineMotion(Section):
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "sine")
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (directed("direction"),)
     direction: Vector = quantity("")
     amplitude: float = quantity("m", above=0.0)
     period: float = quantity("s", above=0.0)
     rise_time: float = quantity("s", default=0.0, at_least=0.0)
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that the stroke has a direction."""
-        yield from directed("direction", self.direction)
 
 
 Motion = Free | Fixed | SineMotion
@@ -67,6 +65,7 @@ class BodySettings(Section):
     color             red, green, blue, opacity, each 0 to 255
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (at_most_one("mass", "density"),)
     position: Vector = quantity("m")
     rotation: Vector = quantity("rad", default=(0.0, 0.0, 0.0))
     motion: Motion = field(default_factory=Free)
@@ -79,9 +78,7 @@ class BodySettings(Section):
     color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
 
     def problems(self) -> Iterator[Problem]:
-        """Check that a free body has one mass, and that only a free body has a velocity."""
-        if self.mass is not None and self.density is not None:
-            yield Problem("density", "is given beside mass, allowed: one of mass or density")
+        """Check that a free body has a mass, and that only a free body has a velocity."""
         if isinstance(self.motion, Free) and self.mass is None and self.density is None:
             yield Problem("density", "is missing, allowed: mass or density, one of which a free body needs")
         if any(self.velocity) and not isinstance(self.motion, Free):
@@ -169,16 +166,11 @@ class WigleyBody(BodySettings):
     """Wigley's parabolic hull, with its origin at midships in the design waterline and x forward; lengths in m."""
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "wigley")
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (above("depth", "draft"),)
     length: float = quantity_of(HullSize, "length")
     beam: float = quantity_of(HullSize, "beam")
     draft: float = quantity_of(HullSize, "draft")
     depth: float = quantity_of(HullSize, "depth")
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that the deck lies above the waterline."""
-        yield from super().problems()
-        if self.depth <= self.draft:
-            yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
 
 
 @dataclass(frozen=True, kw_only=True)

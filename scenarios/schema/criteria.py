@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import ClassVar, Literal
 
 from oilsim.core.quantity import quantity
 from scenarios.schema.parsing.quantity_fields import Section
-from scenarios.text.problems import Problem, suggestion, unknown
+from scenarios.schema.parsing.relations import Relation, needed_with, reference
+from scenarios.text.problems import Problem, suggestion
 
 Deployment = Literal["sweep", "funnel", "containment", "exclusion", "diversion", "trial"]
 Statistic = Literal["end", "mean", "largest", "smallest"]
@@ -80,21 +81,16 @@ class CriterionSettings(Section):
     title, unit, why  text for the page
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (needed_with("good acceptable", "series"),)
     good: float | None = quantity("", default=None)
     acceptable: float | None = quantity("", default=None)
     weight: float | None = quantity("", default=None, at_least=0.0)
     series: str | None = None
     statistic: Statistic = "end"
-    boom: str | None = None
+    boom: str | None = reference("booms", default=None)
     title: str | None = None
     unit: str = ""
     why: str = ""
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that a criterion of the scenario's own has its limits."""
-        for name in ("good", "acceptable"):
-            if self.series is not None and getattr(self, name) is None:
-                yield Problem(name, "is missing, allowed: a number, which a criterion with a series needs")
 
 
 def limits_of(key: str, settings: CriterionSettings | None) -> tuple[float, float, float]:
@@ -124,29 +120,3 @@ def criteria_problems(criteria: Mapping[str, CriterionSettings]) -> Iterator[Pro
             better = "above" if LIMITS[key][0] > LIMITS[key][1] else "below"
             text = f"has good = {good:g} and acceptable = {acceptable:g}, allowed: `good` {better} `acceptable`"
             yield Problem(key, f"{text}; {'more' if better == 'above' else 'less'} is better here")
-
-
-class Fed(Protocol):
-    """A boom that other booms may feed."""
-
-    @property
-    def fed_by(self) -> tuple[str, ...]:
-        """Names of the funnels."""
-
-
-def graded_problems(
-    criteria: Mapping[str, CriterionSettings], booms: Mapping[str, Fed], names: tuple[str, ...]
-) -> Iterator[Problem]:
-    """Yield the criteria of booms, and the funnels, that are none of the booms with these `names`."""
-    for key, criterion in criteria.items():
-        if criterion.boom is not None and criterion.boom not in names:
-            yield Problem(
-                f"criteria.{key}.boom", f"is {criterion.boom!r}, which {unknown(criterion.boom, names, 'boom')}"
-            )
-    for name, boom in booms.items():
-        others = tuple(other for other in names if other != name)
-        for funnel in boom.fed_by:
-            if funnel not in others:
-                yield Problem(
-                    f"booms.{name}.fed_by", f"holds {funnel!r}, which {unknown(funnel, others, 'other boom')}"
-                )

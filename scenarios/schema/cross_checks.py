@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from oilsim.core.quantity import SHORTEST_DIRECTION
 from oilsim.sea.flows import ALONG
 from recordings.model.exercise import GROUND
 from scenarios.schema.bodies import Body, MeshBody
-from scenarios.schema.criteria import CriterionSettings, criteria_problems, graded_problems
+from scenarios.schema.criteria import CriterionSettings, criteria_problems
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, line_problems, segment_names
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
@@ -37,8 +37,9 @@ from scenarios.schema.liquid import (
     lost_oil_problems,
     top_of_water,
 )
-from scenarios.schema.moorings import MooringSettings, TieSettings, fast_water_problems, mooring_problems, tie_problems
+from scenarios.schema.moorings import MooringSettings, TieSettings, mooring_problems, reel_problems, tie_problems
 from scenarios.schema.parsing.quantity_fields import Vector
+from scenarios.schema.parsing.relations import entries_at, is_given, references, shown
 from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
 from scenarios.schema.run_settings import Fidelity, RunSettings, SiteSettings
@@ -50,6 +51,7 @@ NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 ROLES = ("instructor", "observer")  # of the console, whose crews have the names of their vessels
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.bodies, which takes a second to import
+SINGULAR = {"phases": "phase", "bodies": "body", "vessels": "vessel", "booms": "boom"}  # of tables that are referred to
 MOST_PARTICLES = 1e8  # some 300 GB of memory
 NAMED_TABLES = (
     "phases",
@@ -115,32 +117,91 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
     parts = parts.as_run()
     yield from _names(parts)
     yield from _references(parts)
-    yield from mooring_problems(parts.moorings, parts.booms, parts.names)
-    yield from tie_problems(parts.ties, parts.booms, parts.names["booms"])
+    yield from mooring_problems(parts.moorings, parts.booms)
+    yield from tie_problems(parts.ties, parts.booms)
     yield from line_problems(parts.vessels, parts.booms)
     yield from _orders(parts)
     yield from (problem.below("criteria") for problem in criteria_problems(parts.criteria))
-    yield from graded_problems(parts.criteria, parts.booms, parts.names["booms"])
     yield from light_problems(parts.phases)
     yield from _meshes(parts)
     yield from _plane(parts)
     if parts.tank is not None:
         yield from _places(parts, parts.tank)
     yield from _floating(parts)
-    meets_particles = bool(parts.boxes)
-    yield from fast_water_problems(parts.booms, parts.moorings, parts.ties, meets_particles, "shore" in parts.given)
-    yield from _felt_by_formulas(parts)
+    yield from reel_problems(parts.booms, parts.moorings, parts.ties)
+    yield from _barred(parts)
+    yield from _shore_and_skimmers(parts)
     yield from _fidelity(parts)
     if parts.fluid is not None:
         yield from _sizes(parts, parts.fluid)
         if parts.tank is not None:
             yield from air_problems(parts.phases, parts.fluid, parts.tank, _under_the_sky(parts))
-        yield from _contact_angles(parts, parts.fluid)
     if parts.sea is not None and parts.tank is not None:
-        yield from _sea_in_a_tank(parts.sea, parts.fluid, parts.tank)
+        yield from _sea_in_a_tank(parts.sea, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
     yield from _window(parts)
+
+
+def _has_boxes(parts: Parts) -> bool:
+    return bool(parts.boxes)
+
+
+def _has_tank(parts: Parts) -> bool:
+    return "tank" in parts.boxes
+
+
+def _has_shore(parts: Parts) -> bool:
+    return "shore" in parts.given
+
+
+def _is_plane(parts: Parts) -> bool:
+    return parts.fluid is not None and parts.fluid.dimension == 2
+
+
+def _is_weightless(parts: Parts) -> bool:
+    return parts.tank is not None and parts.fluid is not None and math.hypot(*parts.fluid.gravity) < SHORTEST_DIRECTION
+
+
+def _is_window(parts: Parts) -> bool:
+    return bool(parts.window)
+
+
+def _is_without_tension(parts: Parts) -> bool:
+    return parts.fluid is not None and not parts.fluid.interfacial_tension
+
+
+_SPACE = "only with fluid.dimension = 3"
+# entries, ``*`` stands for a name, that some runs cannot have: which runs, and what is allowed
+BARRED: tuple[tuple[str, Callable[[Parts], bool], str], ...] = (
+    ("shore", _has_boxes, "at the fidelity none"),
+    ("sea.tide", _has_boxes, "at the fidelity none"),
+    ("booms.*.pocket", _has_boxes, "at the fidelity none; particles would meet a skirt"),
+    ("booms.*.reel", _has_boxes, "at the fidelity none; particles would meet a skirt"),
+    ("booms.*.reel", _has_shore, "without [shore]; on a beach, a tie with `place` pays out"),
+    ("skimmers", _has_tank, "without a tank; skimmers take parcels, not particles"),
+    *((table, _is_plane, f"{_SPACE}; a tank that repeats along y (tank.periodic) is a plane with bodies")
+      for table in ("bodies", "vessels", "booms", "moorings", "emitters")),
+    ("sea.waves.spread", _is_plane, _SPACE),
+    ("sea.waves", _is_weightless, "only with fluid.gravity, by which waves run"),
+    ("bodies.*.contact_angle", _is_without_tension, f"{RIGHT_ANGLE:g} deg, or another with fluid.interfacial_tension = true"),
+    ("tank.contact_angle", _is_without_tension, f"{RIGHT_ANGLE:g} deg, or another with fluid.interfacial_tension = true"),
+    ("run.budget", _is_window, "false with a window, which keeps no account of causes"),
+    ("fluid.scheme", _is_window, '"split" in a window'),
+    ("fluid.interfacial_tension", _is_window, "false in a window"),
+)  # fmt: skip
+
+
+def _barred(parts: Parts) -> Iterator[Problem]:
+    """Find the entries that a run of this kind cannot have."""
+    for pattern, when, allowed in BARRED:
+        if not when(parts):
+            continue
+        if parts.names.get(pattern):
+            yield Problem(pattern, f"is given, allowed: {allowed}")
+        for path, section, value in entries_at(pattern, parts) if pattern not in parts.names else ():
+            if value is not None and is_given(section, path.rpartition(".")[2]):
+                yield Problem(path, f"{shown(value)}, allowed: {allowed}")
 
 
 def body_names(parts: Parts) -> tuple[str, ...]:
@@ -166,24 +227,16 @@ def _fidelity(parts: Parts) -> Iterator[Problem]:
         yield Problem(f"fidelities.{name}", "is no fidelity, allowed: tables live, fine and none")
 
 
-def _felt_by_formulas(parts: Parts) -> Iterator[Problem]:
-    """Check what only formulas feel: a shore and a tide where no particles are, skimmers outside a tank; and what carries skimmers."""
-    tide = parts.sea is not None and parts.sea.tide is not None
-    for path, given in (("shore", parts.shore is not None), ("sea.tide", tide)):
-        if given and parts.boxes:
-            yield Problem(path, "is given, allowed: at the fidelity none")
+def _shore_and_skimmers(parts: Parts) -> Iterator[Problem]:
+    """Check that no body has the name of the shore, and what carries skimmers."""
     if parts.shore is not None and GROUND in parts.names["bodies"]:
         yield Problem(f"bodies.{GROUND}", "has the name of the [shore], allowed: another name")
     segments = {name: parts.booms[name].segments if name in parts.booms else 0 for name in parts.names["booms"]}
     yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
-    if parts.names["skimmers"] and "tank" in parts.boxes:
-        yield Problem("skimmers", "is given, allowed: without a tank; skimmers take parcels, not particles")
 
 
 def _window(parts: Parts) -> Iterator[Problem]:
     """Yield problems of windows: what each may not be."""
-    if parts.window and parts.run is not None and parts.run.budget:
-        yield Problem("run.budget", "is true, allowed with a window: false; a window keeps no account of causes")
     if parts.window and parts.fluid is not None:
         yield from _sea_decides(parts.fluid)
     for name, window in parts.window.items():
@@ -194,11 +247,7 @@ def _window(parts: Parts) -> Iterator[Problem]:
 
 
 def _one_window(place: str, window: WindowTable, parts: Parts) -> Iterator[Problem]:
-    """Yield problems of the window described at a `place` of the file: its target, its size, and particles coarser than a skirt."""
-    targets = (*parts.names["booms"], *parts.names["vessels"], *parts.names["bodies"])
-    if isinstance(window.target, str) and window.target not in targets:
-        text = unknown(window.target, targets, "boom, vessel or body")
-        yield Problem(f"{place}.target", f"is {window.target!r}, which {text}; or a place [x, y]")
+    """Yield problems of the window described at a `place` of the file: its size, and particles coarser than a skirt."""
     if parts.fluid is None:
         return
     yield from (problem.below(place) for problem in window.problems_with(parts.fluid))
@@ -213,11 +262,7 @@ def _one_window(place: str, window: WindowTable, parts: Parts) -> Iterator[Probl
 
 
 def _sea_decides(fluid: FluidSettings) -> Iterator[Problem]:
-    """Yield settings of [fluid] that a window cannot have."""
-    if fluid.scheme != "split":
-        yield Problem("fluid.scheme", f'is {fluid.scheme!r}, allowed in a window: "split"')
-    if fluid.interfacial_tension:
-        yield Problem("fluid.interfacial_tension", "is true, allowed in a window: false")
+    """Yield a gravity that a window cannot have."""
     if any(fluid.gravity[:2]) or fluid.gravity[2] >= 0.0:
         yield Problem("fluid.gravity", f"is {fluid.gravity}, allowed in a window: straight down, as that of the sea")
 
@@ -228,17 +273,6 @@ def _under_the_sky(parts: Parts) -> list[str]:
     if parts.sea is not None:
         tables["sea"] = {kind: one for kind in ("waves", "current", "wind") if (one := getattr(parts.sea, kind))}
     return [name for name, entries in tables.items() if entries]
-
-
-def _contact_angles(parts: Parts, fluid: FluidSettings) -> Iterator[Problem]:
-    """Yield contact angles of a scenario without interfaces that pull."""
-    angles = {f"bodies.{name}": body.contact_angle for name, body in parts.bodies.items()}
-    if parts.tank is not None:
-        angles["tank"] = parts.tank.contact_angle
-    for place, angle in angles.items():
-        if angle != RIGHT_ANGLE and not fluid.interfacial_tension:
-            allowed = f"with fluid.interfacial_tension = false: {RIGHT_ANGLE:g}"
-            yield Problem(f"{place}.contact_angle", f"is {angle:g} deg, allowed {allowed}")
 
 
 def _names(parts: Parts) -> Iterator[Problem]:
@@ -256,21 +290,20 @@ def _names(parts: Parts) -> Iterator[Problem]:
 
 
 def _references(parts: Parts) -> Iterator[Problem]:
-    for table, entries in (("fill", parts.fill), ("emitters", parts.emitters)):
-        for name, entry in entries.items():
-            if entry.phase not in parts.names["phases"]:
-                text = unknown(entry.phase, parts.names["phases"], "phase")
-                yield Problem(f"{table}.{name}.phase", f"is {entry.phase!r}, which {text}")
+    """Find every name that leads nowhere, of the fields that are declared to be references; a probe may name vessels and segments too."""
+    for table in (*NAMED_TABLES, "window"):
+        for name, section in getattr(parts, table).items():
+            place = window_place(name, parts.window) if table == "window" else f"{table}.{name}"
+            for key, tables, held in references(section):
+                known = [one for other in tables for one in parts.names[other] if (other, one) != (table, name)]
+                verb = "is" if isinstance(getattr(section, key), str) else "holds"
+                for word in (word for word in held if word not in known):
+                    text = unknown(word, known, " or ".join(SINGULAR[other] for other in tables))
+                    yield Problem(f"{place}.{key}", f"{verb} {word!r}, which {text}")
     bodies = body_names(parts)
     for name, probe in parts.probes.items():
         if isinstance(probe, BodyProbe) and probe.body not in bodies:
             yield Problem(f"probes.{name}.body", f"is {probe.body!r}, which {unknown(probe.body, bodies, 'body')}")
-    for name, boom in parts.booms.items():
-        for end in boom.ends:
-            if isinstance(end, str) and end not in parts.names["vessels"]:
-                yield Problem(
-                    f"booms.{name}.ends", f"holds {end!r}, which {unknown(end, parts.names['vessels'], 'vessel')}"
-                )
 
 
 def _orders(parts: Parts) -> Iterator[Problem]:
@@ -281,13 +314,9 @@ def _orders(parts: Parts) -> Iterator[Problem]:
 
 
 def _plane(parts: Parts) -> Iterator[Problem]:
-    """Check a scenario in two dimensions: it has liquid only, since solids are three-dimensional, and no motion along y."""
+    """Check that a scenario in two dimensions has no motion along y."""
     if parts.fluid is None or parts.fluid.dimension == 3:
         return
-    for table in ("bodies", "vessels", "booms", "moorings", "emitters"):
-        if parts.names[table]:
-            text = "is given, allowed: only with fluid.dimension = 3; a tank that repeats along y (tank.periodic) is a plane with bodies"
-            yield Problem(table, text)
     across = {f"fill.{name}.velocity": fill.velocity for name, fill in parts.fill.items()}
     across["fluid.gravity"] = parts.fluid.gravity
     for path, vector in across.items():
@@ -298,15 +327,11 @@ def _plane(parts: Parts) -> Iterator[Problem]:
         if abs(math.sin(direction)) > ALONG:
             text = f"is {direction:g} rad, allowed: 0 or pi, along x, with fluid.dimension = 2"
             yield Problem(f"sea.{kind}.direction", text)
-    if getattr(getattr(parts.sea, "waves", None), "spread", None):
-        yield Problem("sea.waves.spread", "is given, allowed: only with fluid.dimension = 3")
 
 
-def _sea_in_a_tank(sea: SeaSettings, fluid: FluidSettings | None, tank: Tank | None) -> Iterator[Problem]:
-    """Check that waves have gravity, and that the sea's surface lies in the tank."""
-    if sea.waves is not None and fluid is not None and math.hypot(*fluid.gravity) < SHORTEST_DIRECTION:
-        yield Problem("sea.waves", "is given, allowed: only with fluid.gravity, by which waves run")
-    if tank is not None and sea.level is not None and sea.level < tank.lower[2]:
+def _sea_in_a_tank(sea: SeaSettings, tank: Tank) -> Iterator[Problem]:
+    """Check that the sea's surface lies in the tank."""
+    if sea.level is not None and sea.level < tank.lower[2]:
         yield Problem("sea.level", f"is {sea.level:g}, allowed: the tank's floor, {tank.lower[2]:g} m, or above")
 
 

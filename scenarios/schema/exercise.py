@@ -19,6 +19,7 @@ from scenarios.schema.bodies import crosses_itself
 from scenarios.schema.boom_parts import PocketSettings, ReelSettings, from_catalogue
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.parsing.relations import Relation, above, at_most_one, exactly_one, only_with, reference, together
 from scenarios.text.problems import Problem, ScenarioError, unknown
 from vessels.course import CourseLeg
 from vessels.drive import Drive
@@ -26,7 +27,7 @@ from vessels.hull_size import HullSize
 from vessels.vessel import ControlGains, Propulsion
 
 LONGEST_LINE = 2000.0  # [m] of a line or what a winch brings in or out; user; as of a part of a mooring leg
-MACHINERY = ("thrust_order", "side_thrust_order", "yaw_moment_order")
+MACHINERY = "thrust_order side_thrust_order yaw_moment_order"
 
 
 def body_of(vessel: str) -> str:
@@ -86,6 +87,7 @@ class DriveSettings(Section):
     rudder_area  [m2] of all rudders; 0: azimuth thrusters, which swivel
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (only_with("spacing", "count", 2),)
     count: int = quantity_of(Drive, "count")
     diameter: float = quantity_of(Drive, "diameter")
     spacing: float = quantity_of(Drive, "spacing")
@@ -98,8 +100,6 @@ class DriveSettings(Section):
             yield Problem(
                 "spacing", f"is {self.spacing:g}, allowed: diameter = {self.diameter:g} m or more with 2 screws"
             )
-        if self.count == 1 and self.spacing > 0.0:
-            yield Problem("spacing", "is given, allowed: only with count = 2")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,6 +132,14 @@ class VesselSettings(Section):
     """
 
     COMPASS: ClassVar[str | None] = "heading_compass"
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (
+        above("depth", "draft"),
+        exactly_one("drive", "yaw_moment"),
+        only_with("legs waypoints", "control", "helmsman"),
+        only_with(MACHINERY, "control", "manual"),
+        at_most_one("legs", "waypoints"),
+        together("waypoints", "transit"),
+    )
     shape: Literal["wigley", "barge"] = "barge"
     length: float = quantity_of(HullSize, "length")
     beam: float = quantity_of(HullSize, "beam")
@@ -168,31 +176,13 @@ class VesselSettings(Section):
         return self.engine in ("running", "starboard stopped"), self.engine in ("running", "port stopped")
 
     def problems(self) -> Iterator[Problem]:
-        """Check that the deck lies above the water, and that the legs are in the order of time."""
-        if self.depth <= self.draft:
-            yield Problem("depth", f"is {self.depth:g}, allowed: above draft = {self.draft:g} m")
-        if (self.drive is None) == (self.yaw_moment is None):
-            said = (
-                "is missing, allowed: yaw_moment, or a drive"
-                if self.drive is None
-                else "is given beside drive, allowed: one of the two"
-            )
-            yield Problem("yaw_moment", said)
+        """Check that a drive pulls, that screws are there to be stopped, and that places and times of a course differ."""
         if self.drive is not None and self.bollard_pull == 0.0:
             yield Problem("bollard_pull", "is 0, allowed with a drive: above 0 N")
         if " " in self.engine and (self.drive is None or self.drive.count < 2):
             yield Problem(
                 "engine", f'is "{self.engine}", allowed: "running" or "stopped" without a drive of two screws'
             )
-        if self.control == "manual" and (self.legs or self.waypoints):
-            yield Problem("legs" if self.legs else "waypoints", 'are given, allowed: only with control = "helmsman"')
-        for name in MACHINERY if self.control != "manual" else ():
-            if (order := getattr(self, name)) != 0.0:
-                yield Problem(name, f'is {order:g}, allowed: only with control = "manual"')
-        if self.legs and self.waypoints:
-            yield Problem("waypoints", "are given beside legs, allowed: one of the two")
-        if bool(self.waypoints) != (self.transit is not None):
-            yield Problem("transit", "goes with waypoints, allowed: both or none")
         if any(one == two for one, two in pairwise((self.position, *self.waypoints))):
             yield Problem(
                 "waypoints", "are twice the same in a row, or begin at `position`; allowed: places that differ"
@@ -267,7 +257,12 @@ class BoomSettings(Section):
     parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
     """
 
-    ends: tuple[str | Point2, str | Point2]
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (
+        only_with("line_stiffness", "tow_line"),
+        only_with("line_breaking_load", "line_stiffness"),
+        at_most_one("reel", "stream", "bulge"),
+    )
+    ends: tuple[str | Point2, str | Point2] = reference("vessels")
     boom: str | None = None
     length: float = quantity_of(BoomDesign, "length")
     segments: int = quantity_of(BoomDesign, "segment_count", default=20)
@@ -291,7 +286,7 @@ class BoomSettings(Section):
     bulge: Literal["left", "right"] | None = None
     stream: float | None = quantity("rad", default=None)
     deployment: Deployment | None = None
-    fed_by: tuple[str, ...] = ()
+    fed_by: tuple[str, ...] = reference("booms", default=())
     area: tuple[Point2, ...] = quantity("m", default=())
     berth: Point2 | None = quantity("m", default=None)
 
@@ -340,13 +335,7 @@ class BoomSettings(Section):
         return tuple(end if isinstance(end, str) else f"end-{index}" for index, end in enumerate(self.ends))
 
     def problems(self) -> Iterator[Problem]:
-        """Check that an elastic line has a length, that an area is there where the grade needs one, and that joints that part are there."""
-        if self.line_stiffness is not None and self.tow_line == 0.0:
-            yield Problem("line_stiffness", "is given, allowed: only with tow_line above 0 m")
-        if self.stream is not None and self.bulge is not None:
-            yield Problem("bulge", "is given beside stream, allowed: one of the two")
-        if self.line_breaking_load is not None and self.line_stiffness is None:
-            yield Problem("line_breaking_load", "is given, allowed: only with line_stiffness")
+        """Check that an area is there where the grade needs one, and that joints that part are there."""
         if self.deployment in ("exclusion", "diversion") and len(self.area) < 3:
             text = f'has {len(self.area)} corners, allowed: 3 or more with deployment = "{self.deployment}"'
             yield Problem("area", text)
@@ -364,9 +353,6 @@ class BoomSettings(Section):
         """Yield why the boom cannot run off its reel."""
         if isinstance(self.ends[0], str):
             yield Problem("ends", f"begin with {self.ends[0]!r}, allowed with reel: a point (x, y), its mouth")
-        for name in ("stream", "bulge"):
-            if getattr(self, name) is not None:
-                yield Problem(name, "is given, allowed: without reel, from which a boom runs straight")
         if reel.paid_out is not None and reel.paid_out > self.length:
             text = f"is {reel.paid_out:g}, allowed: above 0 and at most length = {self.length:g} m"
             yield Problem("reel.paid_out", text)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 from zlib import crc32
 
 import numpy as np
 
 from oilsim.core.quantity import quantity
 from scenarios.schema.parsing.quantity_fields import Section
+from scenarios.schema.parsing.relations import Relation, at_most_one, exactly_one, only_with
 from scenarios.text.problems import Problem
 
 
@@ -23,15 +25,11 @@ class ConditionSettings(Section):
     after         [s] the signal is not looked at before this time
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (exactly_one("above", "below"),)
     signal: str
     above: float | None = quantity("", default=None)
     below: float | None = quantity("", default=None)
     after: float = quantity("s", default=0.0, at_least=0.0)
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that there is one number to pass."""
-        if (self.above is None) == (self.below is None):
-            yield Problem("above", "and below are both given or both missing, allowed: one of the two")
 
     def is_met_by(self, value: float) -> bool:
         """Return whether a value of the signal has passed the number."""
@@ -52,6 +50,11 @@ class InjectSettings(Section):
     given   whether it has been given; an order sets it
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (
+        at_most_one("at", "when"),
+        only_with("delay", "when"),
+        only_with("spread", "at or when"),
+    )
     at: float | None = quantity("s", default=None, at_least=0.0)
     when: ConditionSettings | None = None
     delay: float = quantity("s", default=0.0, at_least=0.0)
@@ -62,13 +65,7 @@ class InjectSettings(Section):
     given: bool = False
 
     def problems(self) -> Iterator[Problem]:
-        """Check that the inject has one cause, and orders."""
-        if self.at is not None and self.when is not None:
-            yield Problem("when", "is given beside at, allowed: one of the two")
-        if self.delay > 0.0 and self.when is None:
-            yield Problem("delay", "is given, allowed: only with when")
-        if self.spread > 0.0 and self.at is None and self.when is None:
-            yield Problem("spread", "is given, allowed: only with at or when")
+        """Check that there are orders."""
         if not self.orders:
             yield Problem("orders", "is empty, allowed: one text KEY=VALUE or more")
 

@@ -18,7 +18,8 @@ from oilsim.core.phases import Wetting
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.oils.library import fault_of, oil_named
 from scenarios.oils.properties import MOST_EVAPORATED, MOST_WATER
-from scenarios.schema.parsing.quantity_fields import Section, Vector, above_lower, directed
+from scenarios.schema.parsing.quantity_fields import Section, Vector
+from scenarios.schema.parsing.relations import Relation, above, at_least_one, directed, only_with, reference, together
 from scenarios.text.problems import Problem
 
 Axis = Literal["x", "y"]
@@ -57,6 +58,10 @@ class FluidSettings(Section):
     sleep_speed           [m/s] regions that move more slowly fall asleep until something disturbs them; 0: none does
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (
+        only_with("interfacial_tension", "scheme", "split"),
+        only_with("interfacial_tension", "sleep_speed", 0.0),
+    )
     particle_spacing: float = quantity_of(FluidConfig, "particle_spacing")
     dimension: int = quantity_of(FluidConfig, "dimension")
     scheme: Literal["split", "paper"] = "split"
@@ -72,10 +77,6 @@ class FluidSettings(Section):
     def problems(self) -> Iterator[Problem]:
         """Find settings that do not go together."""
         yield from (Problem(key, text) for key, text in contradictions(self))
-        if self.interfacial_tension and self.scheme == "paper":
-            yield Problem("interfacial_tension", "is true, allowed: only with the scheme 'split'")
-        if self.interfacial_tension and self.sleep_speed > 0.0:
-            yield Problem("interfacial_tension", "is true, allowed: only with a sleep_speed of 0")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +99,11 @@ class PhaseSettings(Section):
     color              red, green, blue, opacity, each 0 to 255
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (
+        at_least_one("density", "oil"),
+        at_least_one("dynamic_viscosity", "oil"),
+        only_with("temperature evaporated water_content", "oil"),
+    )
     oil: str | None = None
     temperature: float | None = quantity("degrees C", default=None, at_least=COLDEST, at_most=WARMEST)
     evaporated: float = quantity("", default=0.0, at_least=0.0, at_most=MOST_EVAPORATED)
@@ -110,19 +116,11 @@ class PhaseSettings(Section):
     color: tuple[int, int, int, int] | None = quantity("", default=None, at_least=0, at_most=255, whole=True)
 
     def problems(self) -> Iterator[Problem]:
-        """Check that density and viscosity are known, from the table or stated."""
-        if self.oil is not None:
-            fault = fault_of(self.oil)
-            if fault:
-                yield Problem("oil", f"is {self.oil!r}, which {fault}")
-        else:
-            for name in ("density", "dynamic_viscosity"):
-                if getattr(self, name) is None:
-                    yield Problem(name, "is missing, allowed: a value, or the name of an oil")
-        states = {"temperature": None, "evaporated": 0.0, "water_content": 0.0}
-        for name, usual in states.items():
-            if self.oil is None and getattr(self, name) != usual:
-                yield Problem(name, f"is {getattr(self, name):g}, allowed: only with the name of an oil")
+        """Check that the oil is known, and that a tension is that of an oil or of air."""
+        if self.oil is not None and (fault := fault_of(self.oil)):
+            yield Problem("oil", f"is {self.oil!r}, which {fault}")
+        if self.oil is None and None in (self.density, self.dynamic_viscosity):
+            return
         if self.interfacial_tension is not None and not (self.is_oil or self.is_air):
             yield Problem("interfacial_tension", f"is {self.interfacial_tension:g}, allowed: only of an oil or of air")
         if self.is_air and self.oil is not None:
@@ -177,21 +175,16 @@ class ZoneSettings(Section):
     waves            true: it follows the waves and the current; false: the current alone, and the water's swing is left alone
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (
+        together("lower", "upper"),
+        above("upper", "lower"),
+        only_with("edge", "lower"),
+    )
     lower: Vector | None = quantity("m", default=None)
     upper: Vector | None = quantity("m", default=None)
     relaxation_time: float = quantity("s", default=0.5, above=0.0)
     edge: float = quantity("m", default=0.0, at_least=0.0)
     waves: bool = True
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that a zone has both corners and a volume, or no corner."""
-        if (self.lower is None) != (self.upper is None):
-            missing = "lower" if self.lower is None else "upper"
-            yield Problem(missing, "is missing, allowed: both corners of the zone, or neither for the whole tank")
-        elif self.lower is not None and self.upper is not None:
-            yield from above_lower(self.lower, self.upper)
-        elif self.edge > 0.0:
-            yield Problem("edge", f"is {self.edge:g}, allowed: only with a zone, from lower to upper")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,6 +200,7 @@ class Tank(Section):
     zones     in which the water follows the sea, by name; without any, waves and current drive the whole tank
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (above("upper", "lower"),)
     lower: Vector = quantity("m")
     upper: Vector = quantity("m")
     open: tuple[Side, ...] = ()
@@ -216,8 +210,7 @@ class Tank(Section):
     zones: Mapping[str, ZoneSettings] = field(default_factory=dict)
 
     def problems(self) -> Iterator[Problem]:
-        """Check that the box has a volume, and that no side is both open and periodic."""
-        yield from above_lower(self.lower, self.upper)
+        """Check that no side is named twice, or both open and periodic."""
         for name in ("open", "periodic"):
             entries = getattr(self, name)
             twice = sorted({one for one in entries if entries.count(one) > 1})
@@ -274,7 +267,7 @@ class FillSettings(Section):
     velocity  [m/s] at the start; None: that of a current that runs through the whole tank, else at rest
     """
 
-    phase: str
+    phase: str = reference("phases")
     velocity: Vector | None = quantity("m/s", default=None)
 
 
@@ -287,13 +280,10 @@ class BlockFill(FillSettings):
     """
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "block")
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (above("upper", "lower"),)
     lower: Vector = quantity("m")
     upper: Vector = quantity("m")
     inset: float = quantity("spacings", default=0.0, at_least=0.0, at_most=10.0)
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that the box has a volume."""
-        yield from above_lower(self.lower, self.upper)
 
     def extent(self, tank: Tank) -> Extent:
         """Return its lower and upper corner [m]."""
@@ -305,13 +295,9 @@ class SlabFill(FillSettings):
     """A level layer that covers the whole tank between two heights [m]."""
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "slab")
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (above("top", "bottom"),)
     bottom: float = quantity("m")
     top: float = quantity("m")
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that the layer has a thickness."""
-        if not self.top > self.bottom:
-            yield Problem("top", f"is {self.top:g}, allowed: above bottom = {self.bottom:g} m")
 
     def extent(self, tank: Tank) -> Extent:
         """Return its lower and upper corner [m] in a tank."""
@@ -348,17 +334,14 @@ class PipeEmitterSettings(Section):
     volume     [m3] after which it closes; without it, the pipe stays open
     """
 
-    phase: str
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (directed("direction"),)
+    phase: str = reference("phases")
     mouth: Vector = quantity_of(PipeEmitter, "mouth")
     direction: Vector = quantity_of(PipeEmitter, "direction", default=(0.0, 0.0, -1.0))
     radius: float = quantity_of(PipeEmitter, "radius")
     speed: float = quantity_of(PipeEmitter, "speed")
     start: float = quantity_of(PipeEmitter, "start")
     volume: float | None = quantity_of(PipeEmitter, "volume")
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that the flow has a direction."""
-        yield from directed("direction", self.direction)
 
 
 def top_of_water(fills: Mapping[str, Fill], phases: Mapping[str, PhaseSettings]) -> float | None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.exercise import LONGEST_LINE, BoomSettings
-from scenarios.schema.parsing.quantity_fields import Point2, Section, exactly_one
-from scenarios.text.problems import Problem, unknown
+from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.parsing.relations import Relation, exactly_one, needed_with, only_with, reference
+from scenarios.text.problems import Problem
 from vessels.ground_tackle import AnchorSize, Rope
 
 
@@ -50,11 +51,16 @@ class MooringSettings(Section):
     winch_speed  [m/s] at which it hauls and pays out
     """
 
-    boom: str | None = None
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (
+        exactly_one("boom", "vessel", "body"),
+        only_with("joint", "boom"),
+        needed_with("mass", "kind", "fluke", "stockless", "weight"),
+    )
+    boom: str | None = reference("booms", default=None)
     joint: int = quantity("", default=0, at_least=0.0, whole=True)
-    vessel: str | None = None
+    vessel: str | None = reference("vessels", default=None)
     at: Literal["bow", "stern", "port", "starboard"] = "bow"
-    body: str | None = None
+    body: str | None = reference("bodies", default=None)
     anchor: Point2 = quantity("m")
     ground: Literal["sand", "mud", "clay", "rock"] = "sand"
     kind: Literal["fluke", "stockless", "weight", "fixed"] = "fluke"
@@ -66,17 +72,12 @@ class MooringSettings(Section):
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
 
     def problems(self) -> Iterator[Problem]:
-        """Check that the leg holds one thing, has parts, and has an anchor that finds hold in its ground."""
-        yield from exactly_one(self, "boom", "vessel", "body")
-        if self.joint and self.boom is None:
-            yield Problem("joint", "is given, allowed: only with boom")
+        """Check that the leg has parts, and an anchor that finds hold in its ground."""
         if not self.parts:
             yield Problem("parts", "is empty, allowed: one part or more, from the anchor up")
         elif not self.hauled < self.parts[-1].length:
             text = f"is {self.hauled:g}, allowed: below {self.parts[-1].length:g} m, the length of the uppermost part"
             yield Problem("hauled", text)
-        if self.kind != "fixed" and self.mass is None:
-            yield Problem("mass", f'is missing, allowed: the mass [kg] of an anchor of the kind "{self.kind}"')
         if self.kind in ("fluke", "stockless") and self.ground == "rock" and self.holding is None:
             text = f'is "{self.kind}", which finds no hold on rock; allowed there: "weight", "fixed", or a holding as tested'
             yield Problem("kind", text)
@@ -107,7 +108,8 @@ class TieSettings(Section):
     parted     whether it is cast off or broken; may be ordered while the run goes on
     """
 
-    booms: tuple[str, ...]
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (only_with("made_fast", "reach"),)
+    booms: tuple[str, ...] = reference("booms")
     joints: tuple[int, ...] = quantity("", at_least=0, whole=True)
     place: Point2 | None = quantity("m", default=None)
     length: float | None = quantity("m", default=None, above=0.0)
@@ -135,10 +137,6 @@ class TieSettings(Section):
             yield Problem("length", "is missing")
         if self.length is not None and self.place is not None and not self.waits:
             yield Problem("length", "is given beside place, allowed: one of the two, or both with reach")
-        if self.made_fast and not self.waits:
-            yield Problem(
-                "made_fast", "is true without reach, allowed: only with it; else a tie is fast from the start"
-            )
         if len(self.booms) != 2 or len(self.joints) != 2:
             return
         if self.booms[0] == self.booms[1] and self.joints[0] == self.joints[1]:
@@ -168,15 +166,11 @@ def tied_ends(ties: Mapping[str, TieSettings], boom: str, segments: int) -> tupl
     return found.get(0), found.get(segments)
 
 
-def tie_problems(
-    ties: Mapping[str, TieSettings], booms: Mapping[str, BoomSettings], names: tuple[str, ...]
-) -> Iterator[Problem]:
-    """Yield the problems between ties and their booms; `names` of all booms that the scenario defines."""
+def tie_problems(ties: Mapping[str, TieSettings], booms: Mapping[str, BoomSettings]) -> Iterator[Problem]:
+    """Yield the problems between ties and their booms."""
     streams = dict[str, float]()
     for name, tie in ties.items():
         for boom, joint in zip(tie.booms, tie.joints, strict=False):
-            if boom not in names:
-                yield Problem(f"ties.{name}.booms", f"holds {boom!r}, which {unknown(boom, names, 'boom')}")
             settings = booms.get(boom)
             if settings is None:
                 continue
@@ -201,16 +195,10 @@ def tie_problems(
         yield Problem(f"booms.{next(iter(streams))}.stream", text)
 
 
-def mooring_problems(
-    moorings: Mapping[str, MooringSettings], booms: Mapping[str, BoomSettings], names: Mapping[str, tuple[str, ...]]
-) -> Iterator[Problem]:
-    """Yield the problems between moorings and what they hold; `names` has all that the scenario defines, by table."""
+def mooring_problems(moorings: Mapping[str, MooringSettings], booms: Mapping[str, BoomSettings]) -> Iterator[Problem]:
+    """Yield the problems between moorings and the booms that they hold."""
     for name, leg in moorings.items():
         path = f"moorings.{name}"
-        for what in ("boom", "vessel", "body"):
-            held, table = getattr(leg, what), {"boom": "booms", "vessel": "vessels", "body": "bodies"}[what]
-            if held is not None and held not in names[table]:
-                yield Problem(f"{path}.{what}", f"is {held!r}, which {unknown(held, names[table], what)}")
         boom = booms.get(leg.boom or "")
         if boom is None:
             continue
@@ -223,25 +211,11 @@ def mooring_problems(
             yield Problem(f"{path}.joint", text)
 
 
-def fast_water_problems(
-    booms: Mapping[str, BoomSettings],
-    moorings: Mapping[str, MooringSettings],
-    ties: Mapping[str, TieSettings],
-    meets_particles: bool,
-    has_shore: bool,
+def reel_problems(
+    booms: Mapping[str, BoomSettings], moorings: Mapping[str, MooringSettings], ties: Mapping[str, TieSettings]
 ) -> Iterator[Problem]:
-    """Yield pockets and reels that particles would take for skirts, and reels whose boom is held twice."""
+    """Yield reels whose boom is held twice."""
     for name, boom in booms.items():
-        if meets_particles:
-            for part in ("pocket", "reel"):
-                if getattr(boom, part) is not None:
-                    text = "is given, allowed: at the fidelity none; particles would meet a skirt"
-                    yield Problem(f"booms.{name}.{part}", text)
-        if boom.reel is None:
-            continue
-        if has_shore:
-            yield Problem(
-                f"booms.{name}.reel", "is given, allowed: without [shore]; on a beach, a tie with `place` pays out"
-            )
-        if any(held_ends(moorings, name, boom.segments)[:1]) or tied_ends(ties, name, boom.segments)[0]:
+        held = any(held_ends(moorings, name, boom.segments)[:1]) or tied_ends(ties, name, boom.segments)[0]
+        if boom.reel is not None and held:
             yield Problem(f"booms.{name}.reel", "is given, allowed: without a mooring or a tie at joint 0")

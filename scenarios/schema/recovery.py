@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import ClassVar
 
 from booms.recovery.skimmer import USUAL_EFFICIENCY, SkimmerDesign, SkimmerKind
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.parsing.relations import Relation, only_with, reference
 from scenarios.text.problems import Problem
 
 HOUR = 3600.0  # [s]
@@ -33,7 +35,8 @@ class SkimmerSettings(Section):
     running     whether it runs; an order may stop it and start it again
     """
 
-    on: str | None = None
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (only_with("segment", "on"),)
+    on: str | None = reference("vessels", "booms", default=None)
     place: Point2 = quantity("m", default=(0.0, 0.0))
     segment: int | None = quantity("", default=None, at_least=0, whole=True)
     kind: SkimmerKind = "weir"
@@ -45,11 +48,6 @@ class SkimmerSettings(Section):
     decanting: float = quantity("m3/h", default=0.0, at_least=0.0)
     offload_time: float = quantity_of(SkimmerDesign, "offload_time")
     running: bool = True
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that a segment is one of a boom."""
-        if self.segment is not None and self.on is None:
-            yield Problem("segment", f"is {self.segment}, allowed: only with on = the name of a boom")
 
     @property
     def assumed(self) -> dict[str, float]:
@@ -78,14 +76,10 @@ def skimmer_problems(
 ) -> Iterator[Problem]:
     """Yield what is wrong between skimmers and what carries them; `segments` are the numbers of the booms' segments."""
     for name, skimmer in skimmers.items():
-        if skimmer.on is None:
+        if skimmer.on is None or (skimmer.on not in vessels and skimmer.on not in segments):
             continue
         if skimmer.on in vessels and skimmer.on in segments:
             text = f"is {skimmer.on!r}, which is a vessel and a boom, allowed: a name that only one of them has"
-            yield Problem(f"skimmers.{name}.on", text)
-        elif skimmer.on not in vessels and skimmer.on not in segments:
-            known = ", ".join([*vessels, *segments]) or "none is defined"
-            text = f"is {skimmer.on!r}, which is no vessel or boom, allowed: {known}"
             yield Problem(f"skimmers.{name}.on", text)
         elif skimmer.segment is not None and skimmer.segment >= segments.get(skimmer.on, 0):
             count = segments.get(skimmer.on, 0)

@@ -23,6 +23,7 @@ from oilsim.sea import (
 )
 from oilsim.sea.flows import heading
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
+from scenarios.schema.parsing.relations import Relation, only_with
 from scenarios.text.problems import Problem
 
 
@@ -217,6 +218,7 @@ class SeaSettings(Section):
     current drive the water in the zones of the tank, or everywhere without zones, and its wind drags on the surface.
     """
 
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (only_with("langmuir", "wind"), only_with("langmuir", "waves"))
     depth: float | None = quantity_of(SeaDescription, "depth", default=None)
     level: float | None = quantity_of(SeaDescription, "level", default=None)
     waves: SeaWaves | None = None
@@ -242,9 +244,7 @@ class SeaSettings(Section):
         return (current.speed, current.direction) if isinstance(current, SteadySeaCurrent) else (0.0, 0.0)
 
     def problems(self) -> Iterator[Problem]:
-        """Check that cells have the wind and the waves that make them."""
-        if self.langmuir is not None and (self.wind is None or self.waves is None):
-            yield Problem("langmuir", "is given, allowed: only with wind and waves, which make the cells")
+        """Check that waves that are seen from the ground run on a current that stays."""
         from_ground = self.waves is not None and self.waves.seen_from == "ground"
         if from_ground and not isinstance(self.current, SteadySeaCurrent | None):
             yield Problem("waves.seen_from", "is 'ground', allowed: 'water' on a current that changes with time")

@@ -11,6 +11,7 @@ from oilsim.core.quantity import quantity
 from oilsim.window.settings import SOLVER_OPTIONS, WindowSettings
 from scenarios.schema.liquid import FluidSettings
 from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.parsing.relations import reference
 from scenarios.text.problems import Problem
 
 ALONE = "window"  # name of the box that is the table [window] itself
@@ -31,7 +32,7 @@ class WindowTable(Section):
     rim     [m] width of the zone along each side where what bodies add comes to rest; by default a quarter of the smaller size
     """
 
-    target: str | Point2
+    target: str | Point2 = reference("booms", "vessels", "bodies")
     spacing: Literal["live", "fine"] | float | None = None
     size: Point2 | None = quantity("m", default=None)
     depth: float | None = quantity("m", default=None, above=0.0)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, get_type_hints
 
-from oilsim.core.quantity import SHORTEST_DIRECTION, Quantity, quantities
+from oilsim.core.quantity import Quantity, quantities
+from scenarios.schema.parsing.relations import Relation
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -30,20 +30,24 @@ def field_kinds(section: type) -> Mapping[str, Any]:
 class Section:
     """A part of a scenario that refuses impossible values when it is created.
 
-    A subclass is a frozen keyword-only dataclass. Its `problems` may yield further problems, which concern several fields together. A file
-    chooses a subclass with ``TAG = ("shape", "box")`` by ``shape = "box"``, and the USUAL one by leaving that out. COMPASS is the key of a
-    compass course that gives its heading or direction, where it has one. Raises ScenarioError with every problem of the section.
+    A subclass is a frozen keyword-only dataclass. `RELATIONS` declares how its fields go together (`scenarios.schema.parsing.relations`),
+    and its `problems` may yield what is no plain relation. A file chooses a subclass with ``TAG = ("shape", "box")`` by ``shape = "box"``,
+    and the USUAL one by leaving that out. COMPASS is the key of a compass course that gives its heading or direction, where it has one.
+    Raises ScenarioError with every problem of the section.
     """
 
     TAG: ClassVar[tuple[str, str] | None] = None
     USUAL: ClassVar[bool] = False
     COMPASS: ClassVar[str | None] = None
+    RELATIONS: ClassVar[tuple[Relation, ...]] = ()
 
     def __post_init__(self) -> None:
         """Raise one ScenarioError with every problem of this section; numbers and lists become floats, ints and tuples."""
         found = [problem for name, kind in field_kinds(type(self)).items() for problem in self._problems_of(name, kind)]
         if not found:
-            found = list(self.problems())
+            of_classes = [vars(one).get("RELATIONS", ()) for one in type(self).__mro__]
+            found = [problem for relations in of_classes for relation in relations for problem in relation(self)]
+            found += self.problems()
         if found:
             raise ScenarioError(found, type(self).__name__)
 
@@ -79,26 +83,3 @@ def faulty_entry(limits: Quantity, value: Any) -> tuple[tuple[str, ...], str] | 
         return None
     fault = limits.fault(value)
     return None if fault is None else ((), fault)
-
-
-def directed(name: str, vector: Vector) -> Iterator[Problem]:
-    """Yield a problem if a vector (3,) is too short to give a direction."""
-    if math.hypot(*vector) < SHORTEST_DIRECTION:
-        yield Problem(name, f"is {vector}, allowed: a direction, not all zero")
-
-
-def above_lower(lower: Iterable[float], upper: Iterable[float]) -> Iterator[Problem]:
-    """Yield problems of a box whose upper corner is not above its lower one [m]."""
-    for axis, low, high in zip("xyz", lower, upper, strict=True):
-        if not high > low:
-            yield Problem("upper", f"has {axis} = {high:g} m, allowed: above lower {axis} = {low:g} m")
-
-
-def exactly_one(section: Section, *names: str) -> Iterator[Problem]:
-    """Yield a problem unless exactly one of the named fields is given."""
-    given = [name for name in names if getattr(section, name) is not None]
-    choices = " or ".join(names)
-    if not given:
-        yield Problem(names[0], f"is missing, allowed: {choices}")
-    elif len(given) > 1:
-        yield Problem(given[1], f"is given beside {given[0]}, allowed: one of {choices}")

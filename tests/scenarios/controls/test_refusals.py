@@ -49,13 +49,12 @@ def test_an_inject_is_given_once() -> None:
         plan.ordered(["injects.parts.given=true"], 2)
 
 
-def test_a_wind_that_comes_first_is_not_refused_for_a_wind_that_comes_no_more() -> None:
-    """The second inject adds a wind with a layer of its own, which no order may change once there is a wind."""
-    wind = "sea.wind={{kind='steady', speed={}, drift_layer={}}}"
-    one, two = wind.format(3, 0.2), wind.format(4, 0.3)
+def test_waves_that_come_first_are_not_refused_for_waves_that_come_no_more() -> None:
+    """The second inject adds waves of a period of their own, which no order may change once there are waves."""
+    one, two = (f"sea.waves={{height=0.1, period={period}}}" for period in (3.0, 4.0))
     plan = Plan(scenario=tow(f'\n[injects.one]\norders = ["{one}"]\n[injects.two]\norders = ["{two}"]\n'))
     after = plan.ordered(["injects.one.given=true"], 1)
-    with pytest.raises(ScenarioError, match=r"sea\.wind\.drift_layer cannot be changed during a run"):
+    with pytest.raises(ScenarioError, match=r"sea\.waves\.period cannot be changed during a run"):
         after.ordered(["injects.two.given=true"], 2)
 
 

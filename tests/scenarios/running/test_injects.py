@@ -239,6 +239,6 @@ orders = ["emitters.leak.speed=1"]
         "injects.d.orders is empty",
         "injects.e.orders has sea.wind.speed, which is 900",
         "injects.e.orders has booms.main.parted, which is [40], allowed: numbers from 1 to 7",
-        "injects.f.when.above and below are both given",
+        "injects.f.when.below is given beside above",
     ):
         assert any(problem.startswith(text) for problem in problems), (text, problems)

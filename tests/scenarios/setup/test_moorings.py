@@ -133,7 +133,7 @@ def test_everything_wrong_is_told_at_once() -> None:
     assert "finds no hold on rock" in found["moorings.c.kind"]
     assert found["moorings.d.joint"] == "is 9, allowed: 0 to 8, the segments of boom 'main'"
     assert found["moorings.e.parts"] == "is empty, allowed: one part or more, from the anchor up"
-    assert found["moorings.e.mass"] == 'is missing, allowed: the mass [kg] of an anchor of the kind "fluke"'
+    assert found["moorings.e.mass"] == 'is missing, allowed: a number in kg with kind = "fluke"'
     assert found["moorings.f.parts.0.length"] == "is 3000.0, allowed: above 0 and at most 2000 m"
 
 

@@ -184,5 +184,5 @@ def test_orders_to_ties_that_cannot_be_are_told() -> None:
     assert "ties.connect.made_fast is true at the start, allowed: false" in refused(
         "deploy-and-connect", ["ties.connect.made_fast=true"]
     )
-    assert "ties.aft.made_fast is true without reach" in refused("v-sweep", ["ties.aft.made_fast=true"])
+    assert "ties.aft.made_fast is true, allowed: only with reach" in refused("v-sweep", ["ties.aft.made_fast=true"])
     assert "ties.connect.reach is -1" in refused("deploy-and-connect", ["ties.connect.reach=-1.0"])
