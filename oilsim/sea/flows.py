@@ -50,6 +50,9 @@ class Flow(Protocol):
     def mean(self) -> Double:
         """Return the mean velocity (2,) [m/s]."""
 
+    def fastest(self) -> float:
+        """Return the largest speed [m/s]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SteadyFlow:
@@ -76,6 +79,10 @@ class SteadyFlow:
     def mean(self) -> Double:
         """Return the velocity (2,) [m/s]."""
         return self.velocity(0.0)
+
+    def fastest(self) -> float:
+        """Return the speed [m/s]."""
+        return self.speed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,6 +126,10 @@ class TidalFlow:
     def mean(self) -> Double:
         """Return zeros (2,) [m/s]."""
         return np.zeros(2)
+
+    def fastest(self) -> float:
+        """Return the speed between the turns [m/s]."""
+        return self.speed
 
 
 class FlowTable:
@@ -199,6 +210,10 @@ class FlowTable:
         """Return the mean velocity over the table (2,) [m/s]."""
         return self._travel[-1] / (self.time[-1] - self.time[0])
 
+    def fastest(self) -> float:
+        """Return the largest speed of the table [m/s]."""
+        return float(np.hypot(*self.values.T).max())
+
 
 @dataclass(frozen=True, kw_only=True)
 class Tide:
@@ -221,3 +236,10 @@ class Tide:
         """Return the height [m] of the surface at `time` [s] above that at the time 0."""
         turn = 2.0 * math.pi / self.period
         return 0.5 * self.range * (math.cos(turn * (time - self.high_water)) - math.cos(turn * self.high_water))
+
+    def lowest(self, until: float) -> float:
+        """Return the lowest height [m] of the surface from the time 0 to `until` [s], above that at the time 0."""
+        first = math.ceil(-self.high_water / self.period - 0.5)
+        low_water = self.high_water + (first + 0.5) * self.period
+        times = [0.0, until, *([low_water] if low_water <= until else [])]
+        return min(self.rise(time) for time in times)

@@ -17,12 +17,14 @@ from scipy.io import netcdf_file
 from recordings.export.chosen import OilFrame, fates, oil_frames, oil_names
 from recordings.export.geography import longitude_latitude, start_time
 from recordings.model.exercise import Site
+from recordings.replay.moments import seas_at
 from recordings.replay.recording import Replay
 
 _GRAMS = 1000.0  # per kilogramme
 # GNOME's status codes: what is not listed is in the water
 IN_WATER, STATUS = 2, {"stranded": 3, "left_the_domain": 7, "evaporated": 10, "recovered": 12}
 _STATUS_IN_WORDS = {IN_WATER: "in_water", 3: "on_land", 7: "off_maps", 10: "evaporated", 12: "to_be_removed"}
+Floats = npt.NDArray[np.float64]
 _Attributes = dict[str, str | npt.NDArray[np.int32]]
 
 
@@ -36,7 +38,7 @@ _ATTRIBUTES: dict[str, _Attributes] = {
     "longitude": {"long_name": "longitude of the particle", "standard_name": "longitude", "units": "degrees_east"},
     "latitude": {"long_name": "latitude of the particle", "standard_name": "latitude", "units": "degrees_north"},
     "depth": {
-        "long_name": "particle depth below the still water level",
+        "long_name": "particle depth below the sea surface at its time",
         "standard_name": "depth",
         "units": "m",
         "positive": "down",
@@ -94,7 +96,6 @@ def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, np
     density = np.array([oil.rest_density for oil in oils])
     viscosity = np.array([oil.dynamic_viscosity / oil.rest_density for oil in oils])
     longitude, latitude = longitude_latitude(site, position)
-    level = replay.run.exercise.water_level if replay.run.exercise else _surface(position)
     fate, status = (
         np.concatenate([frame.fate for frame in frames]),
         [STATUS.get(name, IN_WATER) for name in fates(replay)],
@@ -103,7 +104,7 @@ def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, np
     return {
         "longitude": longitude,
         "latitude": latitude,
-        "depth": np.maximum(level - position[:, 2].astype(np.float64), 0.0),
+        "depth": np.concatenate(_depths(replay, frames)),
         "mass": _GRAMS * density[phase] * np.concatenate([frame.volume for frame in frames]),
         "density": density[phase],
         "viscosity": viscosity[phase],
@@ -114,9 +115,26 @@ def _columns(replay: Replay, site: Site, frames: list[OilFrame]) -> dict[str, np
     }
 
 
-def _surface(position: npt.NDArray[np.float32]) -> float:
-    """Estimate the height [m] of the surface from the highest oil, if the recording does not give it."""
-    return float(np.percentile(position[:, 2], 99.0)) if len(position) else 0.0
+def _depths(replay: Replay, frames: list[OilFrame]) -> list[Floats]:
+    """Return the depths (N,) [m] of the oil of each frame below the surface of the water there and then.
+
+    Oil of a run without particles floats. Particles are under the surface as last recorded; a recording without surfaces has the level of
+    the still water.
+    """
+    if replay.run.properties.get("boxes") == "none":
+        return [np.zeros(len(frame.id)) for frame in frames]
+    seas = seas_at(replay, [frame.index for frame in frames])
+    exercise = replay.run.exercise
+    depths = []
+    for frame in frames:
+        place = frame.position.astype(np.float64)
+        if frame.index in seas:
+            surface = seas[frame.index].surface.height_at(place[:, :2])
+        else:
+            still = exercise.water_level if exercise else np.percentile(place[:, 2], 99.0) if len(place) else 0.0
+            surface = np.full(len(place), still)
+        depths.append(np.maximum(surface - place[:, 2], 0.0))
+    return depths
 
 
 def _write_header(file: netcdf_file, replay: Replay, site: Site) -> None:

@@ -35,6 +35,16 @@ class SurfaceFrame:
         if self.height.shape != wanted:
             raise ValueError(f"surface height has shape {self.height.shape}, allowed: {wanted}")
 
+    def height_at(self, places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the height (P,) [m] at places (P, 2) [m], linear between grid lines; beyond the grid, that of its edge."""
+        rim = 1 if self.is_clear else 0  # sides are no surface
+        inner = slice(rim, -rim or None)
+        x, y, height = self.x[inner], self.y[inner], self.height[inner, inner].astype(np.float64)
+        (i, a), (j, b) = (_cell(lines, places[:, axis]) for axis, lines in enumerate((x, y)))
+        low = (1.0 - b) * height[i, j] + b * height[i, j + 1]
+        high = (1.0 - b) * height[i + 1, j] + b * height[i + 1, j + 1]
+        return np.asarray((1.0 - a) * low + a * high)
+
     @property
     def vertices(self) -> npt.NDArray[np.float32]:
         """The grid's crossings (N M, 3) [m], along y first; heights are rounded to `HEIGHT_GRID`."""
@@ -58,6 +68,14 @@ class SurfaceFrame:
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
         light = np.pad(np.clip(_FLAT * (normal @ _LIGHT) / _LIGHT[2], _DIMMEST, 1.0), rim, mode="edge")
         return np.asarray(light.ravel(), dtype=np.float32)
+
+
+def _cell(
+    lines: npt.NDArray[np.float64], at: npt.NDArray[np.float64]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Return the cell (P,) between grid lines [m] at which places (P,) [m] lie, and how far into it (P,) [1], from 0 to 1."""
+    cell = np.clip(np.searchsorted(lines, at, side="right") - 1, 0, len(lines) - 2)
+    return cell, np.clip((at - lines[cell]) / (lines[cell + 1] - lines[cell]), 0.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -62,10 +62,11 @@ class Scoring:
         self.ledger.close(self._rows())
 
     def _advance_booms(self, time: float, world: RigidBodyWorld) -> None:
-        for boom in self.booms:
-            boom.lose(time, self._fluid, world, self._level)
-        oil, sea = Oil(*self._particles(), slick=self._slick), self._sea.now
+        sea = self._sea.now
         level = self._level + sea.rise(time)
+        for boom in self.booms:
+            boom.lose(time, self._fluid, world, level)
+        oil = Oil(*self._particles(), slick=self._slick)
         current = np.array([*sea.current([level], time)[0], 0.0])
         for boom in self.booms:
             recovered = sum(float(one.get("oil")) for one in self._at_boom[boom.name])

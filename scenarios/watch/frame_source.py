@@ -181,10 +181,10 @@ class FrameReader:
             name: partial(self._particles, name, time) for name in simulators.scenario.phases
         }
         if simulators.slick is not None:
-            level = simulators.sea.now.still_level(time)
             oils = [name for name, phase in simulators.scenario.phases.items() if phase.is_oil]
             readers |= {
-                name: partial(phase_of, simulators.slick, number, level, time) for number, name in enumerate(oils)
+                name: partial(phase_of, simulators.slick, number, simulators.sea.now, time)
+                for number, name in enumerate(oils)
             }
         return PhasesOnRequest(readers)
 

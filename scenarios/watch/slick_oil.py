@@ -14,6 +14,7 @@ from recordings.model.frame import PhaseFrame
 
 if TYPE_CHECKING:
     from coupling.participants.slick import SlickParticipant
+    from oilsim.sea import Sea
     from oilsim.slick.parcels import Parcels, Rows
     from oilsim.slick.slick import Slick
 
@@ -48,13 +49,13 @@ def volume_within(slick: SlickParticipant, corners: NDArray[np.float64]) -> floa
     return float(parcels.volume[there][within].sum())
 
 
-def phase_of(slick: SlickParticipant, oil: int, level: float, time: float) -> PhaseFrame:
-    """Return the parcels of an oil (`Oil.number`) that no skimmer has taken as particles; resolved ones are where their particles are.
+def phase_of(slick: SlickParticipant, oil: int, sea: Sea, time: float) -> PhaseFrame:
+    """Return the parcels of an oil (`Oil.number`) that no skimmer has taken as particles, on the surface of the sea at `time` [s].
 
-    level [m] of the surface, where the others are.
+    Resolved ones are where their particles are.
     """
     parcels = slick.slick.parcels
-    position = np.column_stack([parcels.position, np.full(len(parcels), level)]).astype(np.float32)
+    position = np.column_stack([parcels.position, sea.elevation(parcels.position, time)]).astype(np.float32)
     if slick.particles is not None:
         rows, places = slick.particles.places(parcels, time)
         position[rows] = places

@@ -32,6 +32,7 @@ from recordings.model.frame import (
     PhaseFrame,
     RunDescription,
 )
+from recordings.model.surface import SurfaceFrame
 from recordings.replay.recording import Replay
 from recordings.sink.legend import legend
 from recordings.sink.recorder import Recorder
@@ -118,6 +119,29 @@ def test_oil_frames_know_which_particles_are_lost(replay: Replay) -> None:
     assert [int((one.fate == FATES.index("stranded")).sum()) for one in frames] == [1, 1, 1]
     assert [one.ledger["recovered"] for one in frames] == pytest.approx([0.0, 0.2, 0.4])
     assert [one.id.tolist() for one in oil_frames(replay, 1.0, lost_only=True)] == [[], LOST.tolist(), LOST.tolist()]
+
+
+def test_depths_are_below_the_surface_of_the_instant(tmp_path: Path) -> None:
+    """Oil at -0.2 and -0.5 m under a surface that slopes by a tenth and rises by 0.3 m in a second; beyond the grid its edge counts."""
+    phase = PhaseDescription(name="oil", is_oil=True, rest_density=900.0, dynamic_viscosity=0.09)
+    lines, places = np.linspace(-1.0, 1.0, 9), np.array([[0.5, 0.0, -0.2], [9.0, 0.0, -0.5]], np.float32)
+    with Recorder(tmp_path / "oil.rrd", frame_rate=1.0) as recorder:
+        recorder.initialized(RunDescription(name="oil", particle_spacing=SPACING, phases=(phase,)))
+        for index in range(2):
+            height = np.tile(0.1 * lines[:, None] + 0.3 * index, (1, 9)).astype(np.float32)
+            surface = SurfaceFrame(x=lines, y=lines, height=height, box=(-1.0, -1.0, 1.0, 1.0))
+            oil = PhaseFrame(places, np.arange(2, dtype=np.uint32))
+            recorder.step_completed(
+                Frame(
+                    index=index,
+                    time=float(index),
+                    read_phases=lambda one=oil: {"oil": one},
+                    read_surface=lambda one=surface: one,
+                )
+            )
+    write_netcdf(Replay(tmp_path / "oil.rrd"), tmp_path / "oil.nc", SITE)
+    with xarray.open_dataset(tmp_path / "oil.nc") as data:
+        assert data.depth.values == pytest.approx([0.25, 0.6, 0.55, 0.9], abs=0.004)
 
 
 def test_netcdf_opens_in_xarray_with_the_ragged_layout(replay: Replay, tmp_path: Path) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -23,7 +23,8 @@ from oilsim.sea import (
     Tide,
     WindField,
 )
-from oilsim.sea.flows import Flow
+from oilsim.sea.dispersion_relation import wave_number
+from oilsim.sea.flows import Flow, heading
 from scenarios.schema.run_settings import SiteSettings
 from scenarios.schema.sea import (
     FileSeaCurrent,
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
     from oilsim.sea import Sea
 
 Built = TypeVar("Built")
+
+DEEP = 100.0  # [1] 2 k h from which on waves do not feel the ground; numerical; sinh has no larger value that counts
 
 
 def build_sea(scenario: RunSpec, density: float = SEA_WATER_DENSITY) -> Sea:
@@ -68,6 +71,11 @@ def build_sea(scenario: RunSpec, density: float = SEA_WATER_DENSITY) -> Sea:
     elif current is not None or settings.current is None or waves is None or waves.seen_from == "water":
         # only of a period seen from the ground the length depends on the current
         _kept("sea.waves", lambda: Sea(SeaDescription(**plain, **parts)), problems)
+    tide = None if settings.tide is None else Tide(**_values(settings.tide))
+    if not problems:
+        problems += together(
+            SeaDescription(tide=tide, **plain, **parts), scenario.run.duration, in_tank=scenario.tank is not None
+        )
     if problems:
         raise ScenarioError(problems, scenario.name)
     cells = settings.langmuir
@@ -77,11 +85,58 @@ def build_sea(scenario: RunSpec, density: float = SEA_WATER_DENSITY) -> Sea:
             wind=wind,
             langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=seed),
             diffusivity=settings.diffusivity,
-            tide=None if settings.tide is None else Tide(**_values(settings.tide)),
+            tide=tide,
             **plain,
             **parts,
         )
     )
+
+
+def together(sea: SeaDescription, duration: float, *, in_tank: bool) -> Iterator[Problem]:
+    """Yield the contradictions between tide, depth, waves and current of a sea within the `duration` [s] of a run.
+
+    The water keeps some depth; waves stand at low water, too; a stream of formulas, beyond particles of a tank, is slower than the long
+    waves of its depth; and the energy of the waves gets ahead against it, at the group speed c / 2 (1 + 2 k h / sinh 2 k h).
+    """
+    from oilsim.sea import Sea
+
+    lowest = 0.0 if sea.tide is None else sea.tide.lowest(duration)
+    depth = sea.depth + lowest
+    if not depth > 0.0:
+        yield Problem(
+            "sea.tide", f"falls by {-lowest:g} m within the run, allowed: less than the depth, {sea.depth:g} m"
+        )
+        return
+    if lowest < 0.0 and sea.waves is not None:
+        problems = list[Problem]()
+        _kept("sea.waves", lambda: Sea(replace(sea, depth=depth, tide=None)), problems)
+        yield from (Problem(one.path, f"at low water, {one.text}") for one in problems)
+    if sea.current is None or in_tank or sea.gravity == 0.0:
+        return
+    flow = sea.current.flow
+    fastest, critical = flow.fastest(), math.sqrt(sea.gravity * depth)
+    if not fastest < critical:
+        text = f"reaches {fastest:.4g} m/s, allowed: below {critical:.4g} m/s, the speed of long waves in water of {depth:g} m"
+        yield Problem("sea.current", text)
+    if isinstance(flow, SteadyFlow) and sea.waves is not None:
+        yield from _against(sea, flow)
+
+
+def _against(sea: SeaDescription, flow: SteadyFlow) -> Iterator[Problem]:
+    """Yield a problem if a current sweeps the energy of the waves, of a spectrum at its peak, back."""
+    waves = sea.waves
+    if waves is None or waves.seen_from == "ground":  # which a current that blocks them refuses
+        return
+    period = waves.period if isinstance(waves, RegularWaves) else waves.peak_period
+    number = wave_number(period, sea.depth, sea.gravity)
+    twice = 2.0 * number * sea.depth
+    group = math.pi / (period * number) * (1.0 + (twice / math.sinh(twice) if twice < DEEP else 0.0))
+    along = float(flow.velocity(0.0) @ heading(waves.direction))
+    if along <= -group:
+        text = (
+            f"of {period:g} s run at {group:.4g} m/s against a current of {-along:.4g} m/s, allowed: a slower current"
+        )
+        yield Problem("sea.waves", f"{text}, which their energy comes up against")
 
 
 def _values(section: Any, *left_out: str) -> dict[str, Any]:

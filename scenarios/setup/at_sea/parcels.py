@@ -61,7 +61,7 @@ class FloatingOilFlow:
 
     def surface_velocity(self, points_xy: Array, time: float) -> Array:
         """Return the velocity (N, 2) [m/s] at points (N, 2) [m]."""
-        current = self._sea.current(self._sea.description.level, time)
+        current = self._sea.current(self._sea.still_level(time), time)
         return np.asarray(current + self._sea.surface_drift(points_xy, time), np.float64)
 
 

@@ -62,7 +62,7 @@ def test_upright_box_has_archimedes_lift_and_its_metacentric_height():
 
 def test_wave_pressure_lifts_a_small_body_with_the_surface():
     """A body much shorter than the wave that moves with the surface feels the weight of what it displaces, and its surface's slope."""
-    wave = steady_sea(density=RHO, waves=RegularWaves(height=0.4, period=5.0625, direction=0.0, theory="linear"))
+    wave = steady_sea(density=RHO, waves=RegularWaves(height=0.4, period=5.0625, direction=0.0))
     body = FloatingBodies([LoadModel(parts=(part_of(trimesh.creation.box((0.2, 0.2, 0.2))),))], wave)
     for time in np.linspace(0.0, 5.0, 7):
         height = float(wave.elevation(np.zeros((1, 2)), time)[0])
@@ -141,7 +141,7 @@ def moving_body(axes: np.ndarray):
         )
         for place in ([0.5, 0.2, -0.1], [-0.4, 0.3, 0.2])
     )  # fmt: skip
-    wave = RegularWaves(height=0.5, period=3.0, direction=0.6, theory="linear")
+    wave = RegularWaves(height=0.5, period=3.0, direction=0.6)
     sea = steady_sea(density=RHO, current=(1.0, -0.7), wind=(6.0, 4.0), waves=wave)
     turn = Rotation.from_matrix(Rotation.from_rotvec((0.4, -0.3, 0.9)).as_matrix() @ axes.T)
     twist = np.array([[0.3, -0.2, -0.4, 0.5, -0.6, 0.7]])

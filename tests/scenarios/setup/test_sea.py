@@ -283,3 +283,42 @@ def test_dates_count_from_the_start_of_the_run(tmp_path):
     (tmp_path / "wind.csv").write_text("\n".join(["time [UTC], speed [m/s], direction [deg]", *rows]))
     table = read_flow(tmp_path / "wind.csv", "wind", start=START, bearing=0.0)
     assert table.time == pytest.approx([-600.0, 0.0, 600.0])
+
+
+@pytest.mark.parametrize(
+    ("tables", "told"),
+    [
+        (
+            "[sea.tide]\nrange = 6.0\nperiod = 600.0\n",
+            "sea.tide falls by 6 m within the run, allowed: less than the depth, 5 m",
+        ),
+        (
+            "[sea.tide]\nrange = 4.0\nperiod = 600.0\n[sea.waves]\nheight = 1.0\nperiod = 4.0\n",
+            "sea.waves at low water, height is 1 m, allowed: below 0.",
+        ),
+        (
+            "[sea.tide]\nrange = 4.0\nperiod = 600.0\n[sea.current]\nspeed = 3.2\n",
+            "sea.current reaches 3.2 m/s, allowed: below 3.132 m/s, the speed of long waves in water of 1 m",
+        ),
+        (
+            "[sea.waves]\nheight = 0.2\nperiod = 2.0\n[sea.current]\nspeed = 1.6\ndirection_deg = 180.0\n",
+            "sea.waves of 2 s run at 1.56",
+        ),
+    ],
+)
+def test_the_settings_of_a_sea_are_checked_together(tmp_path, tables, told):
+    """Water of 5 m: a tide that lays it dry, waves that break at low water, a stream faster than long waves, waves that are swept back."""
+    text = BASIC.partition("[tank]")[0] + "[sea]\ndepth = 5.0\n"
+    (tmp_path / "bay.toml").write_text(text + tables)
+    with pytest.raises(ScenarioError) as error:
+        lay_out(resolve(load_scenario(tmp_path / "bay.toml").scenario))
+    assert told in str(error.value)
+
+
+def test_a_tide_counts_as_far_as_the_run_goes(tmp_path):
+    """A spring tide of 10 m in water of 3 m, of which a run of ten minutes sees 0.4 m."""
+    text = BASIC.partition("[tank]")[0] + "[sea]\ndepth = 3.0\n[sea.tide]\nrange = 10.0\nhigh_water = -11178.0\n"
+    (tmp_path / "bay.toml").write_text(text)
+    assert lay_out(resolve(load_scenario(tmp_path / "bay.toml").scenario)).sea.rise(600.0) == pytest.approx(
+        -0.42, abs=0.01
+    )

@@ -12,11 +12,13 @@ import pytest
 from coupling.master.co_simulation import CoSimulation
 from coupling.participants.slick import SlickParticipant
 from oilsim.oil.fates import CAUSES, LossCause
+from oilsim.sea import RegularWaves, Sea, SeaDescription, Tide
 from oilsim.slick.parcels import ParcelState
 from scenarios.running.assembly import Assembly, build
 from scenarios.spec.load import load_scenario
 from scenarios.watch.boom_score import Oil
 from scenarios.watch.slick_oil import phase_of, volume_within
+from tests.seas import steady_sea
 
 
 @contextmanager
@@ -108,13 +110,27 @@ def test_what_a_skimmer_has_taken_is_neither_shown_nor_in_the_protected_area() -
         whole, (x, y) = float(parcels.volume.sum()), parcels.position.mean(axis=0)
         everywhere = np.array([[-1e3, -1e3], [1e3, -1e3], [1e3, 1e3], [-1e3, 1e3]])
         assert volume_within(slick, everywhere) == pytest.approx(whole)
-        before = set(phase_of(slick, 0, 0.0, 0.0).id.tolist())
+        before = set(phase_of(slick, 0, steady_sea(), 0.0).id.tolist())
         taken = oil.recover((float(x), float(y)), 1e3, 0.5 * whole)
         assert taken == pytest.approx(0.5 * whole)
-        shown = phase_of(slick, 0, 0.0, 0.0)
+        shown = phase_of(slick, 0, steady_sea(), 0.0)
         assert volume_within(slick, everywhere) == pytest.approx(0.5 * whole)
         assert len(shown.position) == int(parcels.there().sum()) < len(before)
         assert np.linalg.norm(shown.position[:, :2] - [x, y], axis=1).min() > 0.5  # the nearest went first
         oil.recover((float(x), float(y)), 1e3, whole)
         assert volume_within(slick, everywhere) == 0.0
-        assert len(phase_of(slick, 0, 0.0, 0.0).id) == 0
+        assert len(phase_of(slick, 0, steady_sea(), 0.0).id) == 0
+
+
+def test_oil_floats_on_tide_and_waves() -> None:
+    """At low water, -2 m, in waves: each parcel is recorded at the height of the surface where it is."""
+    sea = Sea(
+        SeaDescription(
+            depth=10.0, waves=RegularWaves(height=0.5, period=4.0), tide=Tide(range=2.0, high_water=0.0, period=400.0)
+        )
+    )
+    with begun("j-sweep-skimmer") as (_, _, slick):
+        shown = phase_of(slick, 0, sea, 200.0)
+        height = sea.elevation(shown.position[:, :2].astype(float), 200.0)
+        assert -2.3 < height.min() < -2.1 < -1.9 < height.max() < -1.7
+        assert shown.position[:, 2] == pytest.approx(height, abs=1e-4)
