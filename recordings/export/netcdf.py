@@ -141,7 +141,7 @@ def _write_header(file: netcdf_file, replay: Replay, site: Site) -> None:
     file.Conventions = "CF-1.8"
     file.title = f"oil particles of {replay.run.name}"
     file.source = f"oilsim {replay.run.properties.get('version_oilsim', '')}".strip()
-    setattr(file, "CF:featureType", "particle_trajectory")  # this name is the draft standard's
+    file.history = f"{file.source}: exported from a recording of {replay.run.name}"
     file.comment = (
         f"x axis {site.bearing:g} degrees clockwise from north at {site.latitude:.6f} N {site.longitude:.6f} E"
     )

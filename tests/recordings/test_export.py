@@ -12,6 +12,7 @@ import pyarrow.csv
 import pyarrow.parquet
 import pytest
 import xarray
+from scipy.io import netcdf_file
 from shapely.geometry import shape
 
 from recordings.export.chosen import every, oil_frames
@@ -168,6 +169,26 @@ def test_netcdf_opens_in_xarray_with_the_ragged_layout(replay: Replay, tmp_path:
         np.testing.assert_allclose(data.mass.values, 1000.0 * 900.0 * SPACING**3)
         np.testing.assert_allclose(data.viscosity.values, 1e-4)
         assert (data.depth.values == 0.0).all()  # the film is the surface
+
+
+def test_netcdf_is_what_cf_asks_for(replay: Replay, tmp_path: Path) -> None:
+    """The checker of IOOS finds no fault by CF 1.8, of all oil and of lost oil alone, and would find an axis that is none."""
+    checker = pytest.importorskip("compliance_checker.runner", reason="compliance-checker is not installed")
+    checker.CheckSuite.load_all_available_checkers()
+
+    def faults(path: Path) -> list[str]:
+        suite = checker.CheckSuite()
+        scores = suite.run_all(suite.load_dataset(str(path)), ["cf:1.8"])
+        results, errors = scores["cf:1.8"]
+        assert not errors
+        return [text for one in results for text in (one.msgs or ()) if one.value[0] < one.value[1]]
+
+    for lost_only in (False, True):
+        write_netcdf(replay, tmp_path / "oil.nc", SITE, lost_only=lost_only)
+        assert faults(tmp_path / "oil.nc") == []
+    with netcdf_file(tmp_path / "oil.nc", "a") as file:
+        file.variables["depth"].axis = "down"
+    assert any("axis" in text for text in faults(tmp_path / "oil.nc"))
 
 
 def test_netcdf_opens_in_noaas_own_reader(replay: Replay, tmp_path: Path) -> None:

@@ -12,13 +12,15 @@ Speeds are in a unit that `coupling.master.units` knows, as m/s or kn, direction
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from coupling.master.units import conversion, read_unit
+from oilsim.sea.flows import FASTEST
 
 Double = NDArray[np.float64]
 
@@ -41,6 +43,12 @@ SPELLINGS = {
 }  # fmt: skip
 
 
+# [in the column's unit] values that stand for missing ones in weather files; paper (NDBC, DWD, WMO: nines in all digits of a field)
+MARKERS = (99.0, 99.9, 99.99, 999.0, 999.9, 999.99, 9999.0, 9999.9, 99999.0)
+# [1] share by which a number differs from itself in single precision; numerical
+ROUNDING = 1e-6
+
+
 class FlowFileError(ValueError):
     """All that is wrong with a file of winds or currents, as texts."""
 
@@ -51,11 +59,16 @@ class FlowFileError(ValueError):
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a file: its place in words, its unit as written, and its values (N,), in their unit."""
+    """A column of a file: its place in words, its unit as written, its values (N,), in their unit, and their lines in a text file."""
 
     place: str
     unit: str
     values: Double
+    lines: Sequence[int] = ()
+
+    def at(self, row: int) -> str:
+        """Say where a row is: by its line, or by its number from 0."""
+        return f"line {self.lines[row]}" if self.lines else f"row {row}"
 
 
 def in_si(name: str, column: Column) -> tuple[Double | None, str | None]:
@@ -83,7 +96,7 @@ def velocity_of(columns: Mapping[str, Column], bearing: float) -> Double:
         )
     converted = {name: in_si(name, columns[name]) for name in pairs[0]}
     texts = [text for _, text in converted.values() if text]
-    texts += [text for name, (values, _) in converted.items() for text in _signs(name, columns[name], values)]
+    texts += [text for name, (values, _) in converted.items() for text in _limits(name, columns[name], values)]
     if texts:
         raise FlowFileError(texts)
     first, second = (values for values, _ in converted.values())
@@ -91,11 +104,29 @@ def velocity_of(columns: Mapping[str, Column], bearing: float) -> Double:
     return _in_world(pairs[0], first, second, bearing)
 
 
-def _signs(name: str, column: Column, values: Double | None) -> Iterator[str]:
-    """Say that a speed is negative."""
-    if name == "speed" and values is not None and (values < 0.0).any():
-        row = int(np.flatnonzero(values < 0.0)[0])
-        yield f"{column.place} is {column.values[row]:g} {column.unit} in row {row}, allowed: 0 or more"
+def _limits(name: str, column: Column, values: Double | None) -> Iterator[str]:
+    """Say where a column first holds no number, a marker of missing data, or what no wind, current or direction is.
+
+    values (N,) [m/s] or [rad], None of a column whose unit is unknown.
+    """
+    if values is None:
+        return
+    size, given = np.abs(values), column.values
+    wrong: list[tuple[Any, str]] = [(~np.isfinite(given), "finite numbers, and no empty values")]
+    if UNITS[name] == "rad":
+        wrong.append((size > 2.0 * math.pi * (1.0 + ROUNDING), "-360 to 360 deg"))
+    else:
+        marked = np.isclose(np.abs(given)[:, None], MARKERS, rtol=ROUNDING, atol=0.0).any(axis=1)
+        wrong.append((marked, "measured values; it marks missing data"))
+        wrong.append((size > FASTEST, f"up to {FASTEST:g} m/s"))
+    if name == "speed":
+        wrong.append((values < 0.0, "0 or more"))
+    for is_wrong, allowed in wrong:
+        rows = np.flatnonzero(is_wrong)
+        if rows.size:
+            more = f" and {rows.size - 1} more" if rows.size > 1 else ""
+            yield f"{column.place} is {given[rows[0]]:g} {column.unit} in {column.at(int(rows[0]))}{more}, allowed: {allowed}"
+            return
 
 
 def _in_world(pair: tuple[str, str], first: Double, second: Double, bearing: float) -> Double:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
 from oilsim.sea import FlowTable
+from scenarios.setup.at_sea.calendars import SINCE, seconds_of
 from scenarios.setup.at_sea.flow_columns import SPELLINGS, UNITS, Column, FlowFileError, in_si, velocity_of
 from scenarios.text.problems import reason_of
 
@@ -38,9 +39,7 @@ STANDARD_NAMES = {
         "sea_water_velocity_from_direction": "from_direction",
     },
 }  # fmt: skip
-CALENDARS = ("standard", "gregorian", "proleptic_gregorian")
 _HEADING = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
-_SINCE = re.compile(r"\s*(\w+)\s+since\s+(.+?)\s*")
 
 
 def read_flow(path: Path, kind: Kind, *, start: datetime | None, bearing: float) -> FlowTable:
@@ -88,6 +87,7 @@ def _read_csv(path: Path, kind: Kind, start: datetime | None) -> dict[str, Colum
     if texts:
         raise FlowFileError(texts[:5])
     columns: dict[str, Column] = {}
+    places = [number for number, _ in rows]
     for place, heading in enumerate(header):
         match = _HEADING.fullmatch(heading)
         name, unit = (match[1], match[2] or "") if match else (heading, "")
@@ -97,9 +97,9 @@ def _read_csv(path: Path, kind: Kind, start: datetime | None) -> dict[str, Colum
             continue
         entries = [(number, row[place].strip()) for number, row in rows]
         if name == "time" and unit == "UTC":
-            columns[name] = Column("column 'time'", "s", _dates(entries, start, texts))
+            columns[name] = Column("column 'time'", "s", _dates(entries, start, texts), places)
         else:
-            columns[name] = Column(f"column {name!r}", unit, _numbers(name, entries, texts))
+            columns[name] = Column(f"column {name!r}", unit, _numbers(name, entries, texts), places)
     if texts:
         raise FlowFileError(texts)
     return columns
@@ -170,7 +170,7 @@ def _read_netcdf(path: Path, kind: Kind, start: datetime | None) -> dict[str, Co
             name = known.get(_attribute(variable, "standard_name"))
             if name is None:
                 continue
-            values = np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), math.nan)
+            values = _present(variable)
             if values.size != max(values.shape, default=0) or name in columns:
                 problem = "is a second one" if name in columns else f"has the shape {values.shape}"
                 texts.append(f"variable {key!r} {problem}, allowed: one series in time of each standard name")
@@ -191,23 +191,32 @@ def _attribute(variable: Any, name: str) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
+def _present(variable: Any) -> Double:
+    """Return the values of a NetCDF variable, NaN where they are missing: fill values, and those outside of its valid range."""
+    values = np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), math.nan)
+    low, high = np.ravel(getattr(variable, "valid_range", (-math.inf, math.inf)))
+    low, high = getattr(variable, "valid_min", low), getattr(variable, "valid_max", high)
+    scale, offset = getattr(variable, "scale_factor", 1.0), getattr(variable, "add_offset", 0.0)
+    packed = (values - offset) / scale  # the range is one of packed values
+    slack = 1e-6 * np.maximum(np.abs(packed), 1.0)
+    return np.where((packed >= low - slack) & (packed <= high + slack), values, math.nan)
+
+
 def _since(column: Column, calendar: str, start: datetime | None, texts: list[str]) -> Column:
     """Return the time since the run's start [s] of a variable in a unit as ``hours since 2026-05-01 00:00``, values (N,)."""
-    match = _SINCE.fullmatch(column.unit)
+    match = SINCE.fullmatch(column.unit)
     if match is None:
         texts.append(f"{column.place} has the unit {column.unit!r}, allowed: as 'hours since 2026-05-01 00:00:00'")
         return column
-    if calendar and calendar.lower() not in CALENDARS:
-        texts.append(f"{column.place} has the calendar {calendar!r}, allowed: {', '.join(CALENDARS)}")
     values, text = in_si("time", Column(column.place, SPELLINGS.get(match[1], match[1]), column.values))
     texts += [text] if text else []
     if start is None:
         texts.append(f"{column.place} has dates, allowed: only with [site] start, the date of the run's start")
     try:
-        origin = in_utc(datetime.fromisoformat(match[2].removesuffix(" UTC").strip()))
-    except ValueError:
-        texts.append(f"{column.place} counts from {match[2]!r}, allowed: a date after ISO 8601")
+        origin = seconds_of(match[2], calendar)
+    except ValueError as error:
+        texts.append(f"{column.place} {error}")
         return column
     if values is None or start is None:
         return column
-    return Column(column.place, "s", values + (origin - start).total_seconds())
+    return Column(column.place, "s", values + (origin - seconds_of(start.isoformat(), "proleptic_gregorian")))

@@ -17,6 +17,7 @@ from oilsim.sea import JonswapWaves, RegularWaves
 from scenarios.cli import main
 from scenarios.running.exercise_fmu import SCENARIO_FILE, exercise_content
 from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.at_sea.calendars import seconds_of
 from scenarios.setup.at_sea.flow_columns import FlowFileError
 from scenarios.setup.at_sea.flow_files import read_flow
 from scenarios.setup.layout import lay_out
@@ -168,7 +169,13 @@ def test_a_netcdf_file_gives_the_same_wind(tmp_path):
         ({"units": "hours since May"}, r"counts from 'May', allowed: a date after ISO 8601"),
         ({"calendar": "360_day"}, r"has the calendar '360_day', allowed: standard, gregorian"),
         ({"speed_units": "furlong"}, r"variable 'u10' has the unit 'furlong', allowed: m/s, km/h, kn; variable 'v10'"),
-        ({"fill": True}, r"velocity of row 1 is \(nan, nan\), allowed: .* no empty values"),
+        ({"fill": True}, r"variable 'v10' is nan m s-1 in row 1, allowed: .* no empty values"),
+        ({"calendar": "none"}, r"has the calendar 'none', allowed: standard, .* no dates of the real world"),
+        (
+            {"units": "days since 1582-10-10"},
+            r"counts from '1582-10-10', allowed: a date that the calendar 'standard' has",
+        ),
+        ({"units": "days since 0000-01-01"}, r"allowed: a date that the calendar 'standard' has"),
     ],
 )
 def test_netcdf_files_that_cannot_be_used_are_refused(tmp_path, given, text):
@@ -204,7 +211,13 @@ def test_other_netcdf_files_are_refused(tmp_path):
         (["speed [m/s], direction [deg]", "1, 0", "1, 1"], r"has no column time"),
         (["time [s], wind [m/s], direction [deg]", "0, 1, 0", "1, 1, 0"], r"has 'wind' in its header, which is no known column"),
         (["time [s], speed [m/s], direction [deg]", "0, 1, 0", "1, , 0"], r"column 'speed' has '' in line 3, allowed: a finite number"),
-        (["time [s], speed [m/s], direction [deg]", "0, 1, 0", "1, -2, 0"], r"column 'speed' is -2 m/s in row 1, allowed: 0 or more"),
+        (["time [s], speed [m/s], direction [deg]", "0, 1, 0", "1, -2, 0"], r"column 'speed' is -2 m/s in line 3, allowed: 0 or more"),
+        (["time [s], speed [m/s], from_direction [deg]", "0, 99, 90", "1, 2, 0"], r"'speed' is 99 m/s in line 2, .* marks"),
+        (["time [s], speed [cm/s], from_direction [deg]", "0, 9, 90", "1, 999, 0"], r"column 'speed' is 999 cm/s in line 3"),
+        (["time [s], speed [m/s], from_direction [deg]", "0, 1, 999", "1, 2, 0"], r"'from_direction' is 999 deg in line 2"),
+        (["time [s], x_velocity [m/s], y_velocity [m/s]", "0, 1, -9999", "1, 2, -9999"], r"'y_velocity' is -9999 m/s in line 2"),
+        (["time [s], speed [m/s], direction [deg]", "0, nan, 0", "1, 2, 0"], r"'speed' has 'nan' in line 2, allowed: a finite number"),
+        (["time [s], speed [m/s], direction [deg]", "0, 120, 0", "1, 2, 0"], r"'speed' is 120 m/s in line 2, allowed: up to 100 m/s"),
         (["time [s], speed [m/s], direction [deg]", "5, 1, 0", "1, 2, 0"], r"time goes from 5 s to 1 s at row 1, allowed: times that rise"),
         (
             ["time [min], speed [m/s], direction [deg]", "0, 1, 0", "1, 2, 0", "2, 2, 0", "9, 2, 0"],
@@ -246,7 +259,7 @@ def test_all_problems_are_told_at_once_with_their_places(tmp_path, capsys):
     [
         ("[sea]\ndepth = -1.0", r"sea.depth is -1.0, allowed: above 0"),
         ('[sea]\ndepth = 5.0\n[sea.waves]\nkind = "cnoidal"', r"sea.waves.kind is 'cnoidal', allowed: 'regular', 'jonswap'"),
-        ("[sea]\ndepth = 5.0\n[sea.langmuir]", r"sea.langmuir is given, allowed: only with wind and waves"),
+        ("[sea]\ndepth = 5.0\n[sea.langmuir]", r"sea.langmuir is given, allowed: only with wind"),
         (
             '[sea]\ndepth = 5.0\n[sea.waves]\nkind = "regular"\nheight = 0.1\nperiod = 3.0\nseen_from = "ground"\n'
             '[sea.current]\nkind = "tide"\nspeed = 0.5',
@@ -322,3 +335,30 @@ def test_a_tide_counts_as_far_as_the_run_goes(tmp_path):
     assert lay_out(resolve(load_scenario(tmp_path / "bay.toml").scenario)).sea.rise(600.0) == pytest.approx(
         -0.42, abs=0.01
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "calendar", "days"),
+    [
+        ("1-1-1 00:00:0.0", "", 739738.0),  # of the mixed calendar: two days more than
+        ("0001-01-01", "proleptic_gregorian", 739736.0),
+        ("1582-10-04", "gregorian", 162002.0),  # the day before
+        ("1582-10-15T00:00:00Z", "standard", 162001.0),
+        ("1990-1-1", "standard", 13269.0),
+        ("2026-04-18", "julian", 0.0),  # 13 days behind
+        ("2026-05-01 02:00 +2:00", "standard", 0.0),
+        ("2026-04-30 18:30:00.0 -05:30", "standard", 0.0),
+    ],
+)
+def test_dates_are_read_in_their_calendar(text, calendar, days):
+    """From each to 1 May 2026; reference: cftime 1.6."""
+    start = seconds_of("2026-05-01T00:00:00+00:00", "proleptic_gregorian")
+    assert (start - seconds_of(text, calendar)) / 86400.0 == days
+
+
+def test_a_netcdf_file_of_the_mixed_calendar_counts_by_it(tmp_path):
+    """Hours since year 1 without a calendar, as many models of the ocean have them."""
+    hours = 739738 * 24 + 8
+    write_netcdf(tmp_path / "wind.nc", [hours, hours + 1 / 6], units="hours since 1-1-1 00:00:0.0", calendar="")
+    table = read_flow(tmp_path / "wind.nc", "wind", start=START, bearing=0.0)
+    assert table.time == pytest.approx([0.0, 600.0], abs=0.01)
