@@ -21,8 +21,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Pocket:
-    """A pocket: length [m] of boom that it takes at the middle, speed_ratio [-] of the water in it to that outside, volume [m3] of oil.
+    """A covered bag at the middle of a boom, in which the water is slower (*modelled*).
 
+    length       [m] of boom that it takes, at least a segment
+    speed_ratio  of the water in it to that outside
+    volume       [m3] of oil that it holds
     Raises ValueError for values out of range.
     """
 

@@ -18,6 +18,7 @@ the bow to port, is positive. The rudder turns at 5 degrees a second. Azimuth th
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -43,10 +44,14 @@ ASTERN = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """A vessel's drive.
+    """Screws with rudders, or azimuth thrusters; the bollard pull is that of all together, and falls with the speed (page "Vessels").
 
-    count: 1 or 2; diameter [m] of each screw; spacing [m] between two; pitch_ratio P/D; rudder_area [m2] of all rudders, 0 for azimuth
-    thrusters, which swivel. Raises ValueError for a drive that has neither.
+    count        1 or 2 screws
+    diameter     [m] of a screw
+    spacing      [m] between two screws
+    pitch_ratio  P/D of the screws
+    rudder_area  [m2] of all rudders; 0: azimuth thrusters, which swivel
+    Raises ValueError for values that are not allowed, and for two screws that do not stand apart.
     """
 
     count: int = quantity("", default=2, at_least=1, at_most=2, whole=True)
@@ -56,7 +61,13 @@ class Drive:
     rudder_area: float = quantity("m2", default=0.0, at_least=0.0)
 
     def __post_init__(self) -> None:
-        require("drive", Drive, vars(self))
+        require("drive", Drive, vars(self), self._problems())
+
+    def _problems(self) -> Iterator[str]:
+        if self.count == 2 and self.spacing < self.diameter:
+            yield f"spacing is {self.spacing:g} m, allowed: diameter = {self.diameter:g} m or more with 2 screws"
+        if self.count == 1 and self.spacing > 0.0:
+            yield f"spacing is {self.spacing:g} m, allowed: only with count = 2"
 
     @property
     def swivels(self) -> bool:

@@ -217,11 +217,13 @@ class FlowTable:
 
 @dataclass(frozen=True, kw_only=True)
 class Tide:
-    """A tide as a cosine of time, of the height 0 at the time 0: h(t) = A (cos(2 pi (t - high_water) / T) - cos(2 pi high_water / T)).
+    """A tide that raises and lowers the whole surface by a cosine of time; at the start the surface is at the sea's level.
+
+    Its height is h(t) = A (cos(2 pi (t - high_water) / T) - cos(2 pi high_water / T)).
 
     range       [m] 2 A, from low to high water
     high_water  [s] time of high water; -T / 4 makes the start the time at which the water falls fastest
-    period      [s] T; by default that of the main lunar tide
+    period      [s] T; by default that of the main lunar tide, 12.42 h
     The depth that waves and currents feel stays that of the still water at the start. Raises ValueError for values that are not allowed.
     """
 

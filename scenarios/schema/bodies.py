@@ -162,15 +162,11 @@ class CapsuleBody(BodySettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class WigleyBody(BodySettings):
+class WigleyBody(BodySettings, HullSize):
     """Wigley's parabolic hull, with its origin at midships in the design waterline and x forward; lengths in m."""
 
     TAG: ClassVar[tuple[str, str]] = ("shape", "wigley")
     RELATIONS: ClassVar[tuple[Relation, ...]] = (above("depth", "draft"),)
-    length: float = quantity_of(HullSize, "length")
-    beam: float = quantity_of(HullSize, "beam")
-    draft: float = quantity_of(HullSize, "draft")
-    depth: float = quantity_of(HullSize, "depth")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,9 +14,9 @@ from typing import Any, ClassVar, Literal
 
 from booms.boom import BoomDesign
 from booms.catalog import catalogue
+from booms.fast_water import Pocket
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.bodies import crosses_itself
-from scenarios.schema.boom_parts import PocketSettings, ReelSettings, from_catalogue
 from scenarios.schema.criteria import Deployment
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from scenarios.schema.parsing.relations import Relation, above, at_most_one, exactly_one, only_with, reference, together
@@ -77,33 +77,7 @@ class TowSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DriveSettings(Section):
-    """Screws with rudders, or azimuth thrusters; the bollard pull is that of all together, and falls with the speed (page "Vessels").
-
-    count        1 or 2 screws
-    diameter     [m] of a screw
-    spacing      [m] between two screws
-    pitch_ratio  P/D of the screws
-    rudder_area  [m2] of all rudders; 0: azimuth thrusters, which swivel
-    """
-
-    RELATIONS: ClassVar[tuple[Relation, ...]] = (only_with("spacing", "count", 2),)
-    count: int = quantity_of(Drive, "count")
-    diameter: float = quantity_of(Drive, "diameter")
-    spacing: float = quantity_of(Drive, "spacing")
-    pitch_ratio: float = quantity_of(Drive, "pitch_ratio")
-    rudder_area: float = quantity_of(Drive, "rudder_area")
-
-    def problems(self) -> Iterator[Problem]:
-        """Check that two screws stand apart."""
-        if self.count == 2 and self.spacing < self.diameter:
-            yield Problem(
-                "spacing", f"is {self.spacing:g}, allowed: diameter = {self.diameter:g} m or more with 2 screws"
-            )
-
-
-@dataclass(frozen=True, kw_only=True)
-class VesselSettings(Section):
+class VesselSettings(Section, HullSize):
     """A vessel that floats at its draft, with thrust and steering under orders.
 
     length, beam, draft, depth  [m] of the hull
@@ -141,10 +115,6 @@ class VesselSettings(Section):
         together("waypoints", "transit"),
     )
     shape: Literal["wigley", "barge"] = "barge"
-    length: float = quantity_of(HullSize, "length")
-    beam: float = quantity_of(HullSize, "beam")
-    draft: float = quantity_of(HullSize, "draft")
-    depth: float = quantity_of(HullSize, "depth")
     position: Point2 = quantity("m")
     heading: float = quantity("rad", default=0.0)
     control: Literal["helmsman", "manual"] = "helmsman"
@@ -154,7 +124,7 @@ class VesselSettings(Section):
     depart: float = quantity("s", default=0.0, at_least=0.0)
     bollard_pull: float = quantity_of(Propulsion, "bollard_pull")
     yaw_moment: float | None = quantity_of(Propulsion, "yaw_moment", default=None)
-    drive: DriveSettings | None = None
+    drive: Drive | None = None
     side_thrust: float = quantity_of(Propulsion, "side_thrust")
     acceleration: float = quantity_of(ControlGains, "acceleration", default=0.1)
     skeg_area: float = quantity("m2", default=0.0, at_least=0.0)
@@ -190,6 +160,20 @@ class VesselSettings(Section):
         starts = [leg.start for leg in self.legs]
         if any(later <= earlier for earlier, later in pairwise(starts)):
             yield Problem("legs", f"start at {starts} s, allowed: each leg after the one before")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReelSettings(Section):
+    """A reel on a quay, at the boom's first end, from which the boom runs out straight to its second end (*modelled*).
+
+    stiffness    [N] axial stiffness EA of the line that stands for the brake; it holds the boom's inner end
+    winch_speed  [m/s] at which the reel pays out, or takes in
+    paid_out     [m] of boom outside the mouth that is ordered; without it, as laid: from the mouth to the second end
+    """
+
+    stiffness: float = quantity("N", default=4e5, above=0.0)
+    winch_speed: float = quantity("m/s", default=0.4, above=0.0)
+    paid_out: float | None = quantity("m", default=None, above=0.0)
 
 
 FROM_CATALOGUE: Mapping[str, Any] = MappingProxyType(
@@ -272,7 +256,7 @@ class BoomSettings(Section):
     skirt_thickness: float = quantity_of(BoomDesign, "skirt_thickness", default=0.005)
     ballast_fraction: float = quantity_of(BoomDesign, "ballast_fraction", default=None)
     base_width: float | None = quantity_of(BoomDesign, "base_width")
-    pocket: PocketSettings | None = None
+    pocket: Pocket | None = None
     strength: float | None = quantity("N", default=None, above=0.0)
     section_length: float | None = quantity("m", default=None, above=0.0)
     connector_strength: float | None = quantity("N", default=None, above=0.0)
@@ -304,7 +288,7 @@ class BoomSettings(Section):
         entry = None if found or self.boom is None else catalogue()[self.boom]
         for name, usual in FROM_CATALOGUE.items():
             if getattr(self, name) is None:
-                object.__setattr__(self, name, usual if entry is None else from_catalogue(getattr(entry, name)))
+                object.__setattr__(self, name, usual if entry is None else getattr(entry, name))
         lacking = [] if found else [name for name in ("skirt_depth", "freeboard") if getattr(self, name) is None]
         found += [Problem(name, "is missing, allowed: a value, or boom = a name of the catalogue") for name in lacking]
         try:

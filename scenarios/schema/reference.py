@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
+from booms.fast_water import Pocket
 from oilsim.core.quantity import quantities
+from oilsim.sea import Tide
 from scenarios.schema import (
     bodies,
-    boom_parts,
     criteria,
     exercise,
     fmu_settings,
@@ -27,6 +29,7 @@ from scenarios.schema import (
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
 from scenarios.schema.parsing.structuring import keys_of
 from scenarios.schema.parsing.type_checks import shape_of
+from vessels.drive import Drive
 
 INTRODUCTION = """# Scenario files
 
@@ -109,7 +112,7 @@ For a loop of your own, `scenarios.running.assembly.build(scenario)` makes the p
 `assembly.co_simulation(observers)` with `initialize()`, `step()` and `terminate()`.
 """
 
-CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
+CHAPTERS: tuple[tuple[str, tuple[type, ...]], ...] = (
     ("exercise", (training.ExerciseSettings,)),
     ("run", (run_settings.RunSettings,)),
     ("fluid", (liquid.FluidSettings,)),
@@ -123,18 +126,18 @@ CHAPTERS: tuple[tuple[str, tuple[type[Section], ...]], ...] = (
     ("sea.current", get_args(sea.SeaCurrent)),
     ("sea.wind", get_args(sea.SeaWind)),
     ("sea.langmuir", (sea.LangmuirSettings,)),
-    ("sea.tide", (sea.TideSettings,)),
+    ("sea.tide", (Tide,)),
     ("shore", (sea.ShoreSettings,)),
     ("window", (window.WindowTable,)),
     ("bodies.NAME", get_args(bodies.Body)),
     ("bodies.NAME.motion", get_args(bodies.Motion)),
     ("vessels.NAME", (exercise.VesselSettings,)),
-    ("vessels.NAME.drive", (exercise.DriveSettings,)),
+    ("vessels.NAME.drive", (Drive,)),
     ("vessels.NAME.legs", (exercise.LegSettings,)),
     ("tow", (exercise.TowSettings,)),
     ("booms.NAME", (exercise.BoomSettings,)),
-    ("booms.NAME.pocket", (boom_parts.PocketSettings,)),
-    ("booms.NAME.reel", (boom_parts.ReelSettings,)),
+    ("booms.NAME.pocket", (Pocket,)),
+    ("booms.NAME.reel", (exercise.ReelSettings,)),
     ("moorings.NAME", (moorings.MooringSettings,)),
     ("moorings.NAME.parts", (moorings.PartSettings,)),
     ("ties.NAME", (moorings.TieSettings,)),
@@ -155,30 +158,30 @@ def reference() -> str:
     return "\n".join([INTRODUCTION, *(line for table, sections in CHAPTERS for line in _chapter(table, sections))])
 
 
-def _chapter(table: str, sections: tuple[type[Section], ...]) -> Iterator[str]:
+def _chapter(table: str, sections: tuple[type, ...]) -> Iterator[str]:
     """Write one table of the file: first the keys that all its kinds share, then each kind."""
     yield f"## [{table}]"
     shared = _shared(sections)
     if shared is not None:
         yield from _section(table, shared, set())
     for section in sections:
-        if section.TAG is not None:
-            yield f'### {section.TAG[0]} = "{section.TAG[1]}"' + ", the default" * section.USUAL
+        if tag := getattr(section, "TAG", None):
+            yield f'### {tag[0]} = "{tag[1]}"' + ", the default" * getattr(section, "USUAL", False)
         known = {item.name for item in fields(shared)} if shared is not None else set()
         yield from _section(table, section, known)
 
 
-def _shared(sections: tuple[type[Section], ...]) -> type[Section] | None:
+def _shared(sections: tuple[type, ...]) -> type | None:
     """Return the class with the keys that all kinds share, if there are several kinds."""
     parents = {section.__mro__[1] for section in sections}
     parent = parents.pop()
     return parent if len(sections) > 1 and not parents and parent is not Section else None
 
 
-def _section(table: str, section: type[Section], known: set[str]) -> Iterator[str]:
+def _section(table: str, section: Any, known: set[str]) -> Iterator[str]:
     """Describe a section, with a row for each key that is not known from above."""
     yield "```text"
-    yield inspect.cleandoc(section.__doc__ or "")
+    yield re.sub(r"\s*Raises ValueError[^.]*\.", "", inspect.cleandoc(section.__doc__ or ""))
     yield "```"
     rows = [item for item in fields(section) if item.name not in known]
     if rows:
@@ -189,7 +192,7 @@ def _section(table: str, section: type[Section], known: set[str]) -> Iterator[st
     yield ""
 
 
-def _row(table: str, section: type[Section], item: Field[Any]) -> str:
+def _row(table: str, section: Any, item: Field[Any]) -> str:
     limits = quantities(section).get(item.name)
     kind = field_kinds(section)[item.name]
     value = _value(kind) if limits is None else f"{shape_of(kind)}, {limits.allowed}"

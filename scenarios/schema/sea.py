@@ -86,18 +86,16 @@ class SeaCurrentSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SteadySeaCurrent(SeaCurrentSettings):
+class SteadySeaCurrent(SeaCurrentSettings, SteadyFlow):
     """A steady current: speed [m/s] at the surface and direction [rad] it runs to."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "steady")
     USUAL: ClassVar[bool] = True
     COMPASS: ClassVar[str | None] = "toward_compass"
-    speed: float = quantity_of(SteadyFlow, "speed")
-    direction: float = quantity_of(SteadyFlow, "direction")
 
 
 @dataclass(frozen=True, kw_only=True)
-class TidalSeaCurrent(SeaCurrentSettings):
+class TidalSeaCurrent(SeaCurrentSettings, TidalFlow):
     """A tide whose speed is a sine of time.
 
     speed      [m/s] at the surface, the largest
@@ -108,10 +106,6 @@ class TidalSeaCurrent(SeaCurrentSettings):
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "tide")
     COMPASS: ClassVar[str | None] = "toward_compass"
-    speed: float = quantity_of(TidalFlow, "speed")
-    direction: float = quantity_of(TidalFlow, "direction")
-    turn: float = quantity_of(TidalFlow, "turn")
-    period: float = quantity_of(TidalFlow, "period")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,14 +130,12 @@ class SeaWindSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SteadySeaWind(SeaWindSettings):
+class SteadySeaWind(SeaWindSettings, SteadyFlow):
     """A wind of one mean: speed [m/s] at 10 m height and direction [rad] it blows to."""
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "steady")
     USUAL: ClassVar[bool] = True
     COMPASS: ClassVar[str | None] = "from_compass"
-    speed: float = quantity_of(SteadyFlow, "speed")
-    direction: float = quantity_of(SteadyFlow, "direction")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,20 +157,6 @@ class LangmuirSettings(Section):
     """
 
     spacing: float = quantity_of(LangmuirCells, "spacing")
-
-
-@dataclass(frozen=True, kw_only=True)
-class TideSettings(Section):
-    """A tide that raises and lowers the whole surface, by a cosine of time; at the start the surface is at `level`.
-
-    range       [m] from low to high water
-    high_water  [s] time of high water; minus a quarter of the period makes the start the time at which the water falls fastest
-    period      [s] by default that of the main lunar tide, 12.42 h
-    """
-
-    range: float = quantity_of(Tide, "range")
-    high_water: float = quantity_of(Tide, "high_water")
-    period: float = quantity_of(Tide, "period")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,7 +204,7 @@ class SeaSettings(Section):
     wind: SeaWind | None = None
     langmuir: LangmuirSettings | None = None
     diffusivity: float = quantity_of(SeaDescription, "diffusivity")
-    tide: TideSettings | None = None
+    tide: Tide | None = None
 
     @property
     def height_and_period(self) -> tuple[float, float]:

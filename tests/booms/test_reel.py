@@ -10,7 +10,7 @@ from booms.deployment import BoomLayout
 from booms.loads import segment_loads
 from booms.reel import ReeledBodies, track_of
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from scenarios.schema.boom_parts import ReelSettings
+from scenarios.schema.exercise import ReelSettings
 from scenarios.setup.afloat.boom_lines import laid_out, lay_off_reel, paid_out, reel_line, reel_name
 from tests.seas import steady_sea
 

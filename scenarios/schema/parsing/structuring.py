@@ -7,9 +7,10 @@ may end in ``_kn`` and one for an angle in ``_deg``. Their values are converted 
 from __future__ import annotations
 
 import math
+import re
 import types
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Union, get_args, get_origin
 
 from cattrs import Converter
@@ -61,8 +62,9 @@ def structure(data: object, kind: Any) -> Any:
 
 def as_data(value: Any) -> Any:
     """Turn a section into plain data, with tags and without fields that are None: the inverse of `structure`."""
-    if isinstance(value, Section):
-        tag = {} if value.TAG is None else dict([value.TAG])
+    if is_dataclass(value) and not isinstance(value, type):
+        own = getattr(value, "TAG", None)
+        tag = dict([own]) if own else {}
         stated = {item.name: getattr(value, item.name) for item in fields(value)}
         return tag | {name: as_data(entry) for name, entry in stated.items() if entry is not None}
     if isinstance(value, Mapping):
@@ -100,7 +102,7 @@ def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Prob
         place = (*path[:-1], error.key) if error.key else path
         yield Problem(".".join((*place, *error.steps)), error.text)
     else:
-        yield Problem(".".join(path), str(error))
+        yield from (problem.below(".".join(path)) for problem in _of_class(str(error)))
 
 
 def _steps(error: BaseException) -> Iterator[str]:
@@ -112,19 +114,20 @@ def _steps(error: BaseException) -> Iterator[str]:
             yield str(note.index)
 
 
-def keys_of(section: type[Section], name: str) -> list[str]:
+def keys_of(section: Any, name: str) -> list[str]:
     """List the keys by which a field of a section may be given: ``speed`` and ``speed_kn``, or a ``heading`` and ``heading_compass``."""
     limits = quantities(section).get(name)
     keys = [name]
     if limits is not None:
         keys += [name + suffix for suffix, (unit, _) in SUFFIXES.items() if limits.unit in (unit, f"{unit}/s")]
-    return [*keys, section.COMPASS] if section.COMPASS is not None and COMPASS[section.COMPASS] == name else keys
+    compass = getattr(section, "COMPASS", None)
+    return [*keys, compass] if compass is not None and COMPASS[compass] == name else keys
 
 
-def _written_names(section: type[Section]) -> list[list[str]]:
+def _written_names(section: Any) -> list[list[str]]:
     """List the keys of a section as they may be written, the tag first."""
     names = [keys_of(section, item.name) for item in fields(section)]
-    return [[section.TAG[0]], *names] if section.TAG else names
+    return [[section.TAG[0]], *names] if getattr(section, "TAG", None) else names
 
 
 def _plain(value: Any, kind: Any) -> Any:
@@ -224,6 +227,14 @@ def _section_factory(section: type[Section], converter: Converter) -> Callable[[
     return hook
 
 
+def _of_class(told: str) -> Iterator[Problem]:
+    """Yield the problems that a class of another package has with its values: ``drive: count is 3, allowed: ...; spacing ...``."""
+    faults = re.fullmatch(r"[a-z ]+: (\w+ (?:is|has|holds) .*)", told)
+    for fault in faults[1].split("; ") if faults else (f" {told}",):
+        name, _, text = fault.partition(" ")
+        yield Problem(name, text)
+
+
 def _is_plain(kind: Any) -> bool:
     """Tell whether a type contains no section, at any depth."""
     return not _is_section(kind) and all(part is Ellipsis or _is_plain(part) for part in get_args(kind))
@@ -234,7 +245,8 @@ def _is_list_of_sections(kind: Any) -> bool:
 
 
 def _is_section(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Section)
+    """Tell whether a type is a table of a file: a section, or a class of another package that declares its quantities."""
+    return isinstance(kind, type) and (issubclass(kind, Section) or (is_dataclass(kind) and bool(quantities(kind))))
 
 
 def _members(union: Any) -> tuple[Any, ...]:
@@ -245,7 +257,7 @@ def _members(union: Any) -> tuple[Any, ...]:
 
 def _is_tagged_union(kind: Any) -> bool:
     members = _members(kind)
-    return bool(members) and all(_is_section(member) and member.TAG for member in members)
+    return bool(members) and all(_is_section(member) and getattr(member, "TAG", None) for member in members)
 
 
 def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], Any]:

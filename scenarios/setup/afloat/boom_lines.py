@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from booms.boom import Boom
 from booms.deployment import BoomLayout, PlacedLine, lay_along
 from coupling.multibody.lines import Lines
-from scenarios.schema.boom_parts import ReelSettings
-from scenarios.schema.exercise import BoomSettings, body_of
+from scenarios.schema.exercise import BoomSettings, ReelSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
 from vessels.vessel import Vessel
 

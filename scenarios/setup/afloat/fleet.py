@@ -40,7 +40,7 @@ from scenarios.setup.solids.placed_solids import Solid
 from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem
 from vessels.course import Course, CourseLeg, course_through
-from vessels.drive import ASTERN, Drive, DriveModel
+from vessels.drive import ASTERN, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
 from vessels.hull_forces import HullForces
 from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
@@ -170,19 +170,14 @@ def _vessel(name: str, settings: VesselSettings, scenario: RunSpec, water_level:
         tow_point=(float(x), float(y), float(z)),
         engine_runs=any(settings.screws),
         screws=settings.screws,
-        drive=None if settings.drive is None else _drive(settings, hull),
+        drive=None
+        if settings.drive is None
+        else DriveModel(settings.drive, hull.length, settings.bollard_pull, hull.water_density),
         hull_forces=HullForces(hull, settings.skeg_area) if at_sea else None,
         gains=gains_of(settings, hull.mass_properties.mass, scenario.orbital_speed),
         superstructure=_superstructure(settings, hull) if in_wind or at_sea else None,
         windage=Windage(hull.mesh, water_level) if in_wind else None,
     )
-
-
-def _drive(settings: VesselSettings, hull: Hull) -> DriveModel:
-    drive = settings.drive
-    assert drive is not None
-    values = {name: getattr(drive, name) for name in ("count", "diameter", "spacing", "pitch_ratio", "rudder_area")}
-    return DriveModel(Drive(**values), hull.length, settings.bollard_pull, hull.water_density)
 
 
 def gains_of(settings: VesselSettings, mass: float, orbital_speed: float) -> ControlGains:
@@ -375,7 +370,7 @@ def _boom(settings: BoomSettings, scenario: RunSpec) -> Boom:
         skirt_thickness=settings.skirt_thickness,
         ballast_fraction=settings.ballast_fraction,
         base_width=settings.base_width,
-        pocket=None if settings.pocket is None else settings.pocket.built(),
+        pocket=settings.pocket,
         water_density=water_density(scenario),
     )
     boom, spacing = design.boom(), scenario.coarsest_spacing

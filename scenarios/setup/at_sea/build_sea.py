@@ -20,7 +20,6 @@ from oilsim.sea import (
     SeaDescription,
     SteadyFlow,
     TidalFlow,
-    Tide,
     WindField,
 )
 from oilsim.sea.dispersion_relation import wave_number
@@ -71,10 +70,11 @@ def build_sea(scenario: RunSpec, density: float = SEA_WATER_DENSITY) -> Sea:
     elif current is not None or settings.current is None or waves is None or waves.seen_from == "water":
         # only of a period seen from the ground the length depends on the current
         _kept("sea.waves", lambda: Sea(SeaDescription(**plain, **parts)), problems)
-    tide = None if settings.tide is None else Tide(**_values(settings.tide))
     if not problems:
         problems += together(
-            SeaDescription(tide=tide, **plain, **parts), scenario.run.duration, in_tank=scenario.tank is not None
+            SeaDescription(tide=settings.tide, **plain, **parts),
+            scenario.run.duration,
+            in_tank=scenario.tank is not None,
         )
     if problems:
         raise ScenarioError(problems, scenario.name)
@@ -85,7 +85,7 @@ def build_sea(scenario: RunSpec, density: float = SEA_WATER_DENSITY) -> Sea:
             wind=wind,
             langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=seed),
             diffusivity=settings.diffusivity,
-            tide=tide,
+            tide=settings.tide,
             **plain,
             **parts,
         )

@@ -189,7 +189,7 @@ def test_wrong_drives_are_told_at_once() -> None:
                 BASE + "legs = [{ speed = 1.0, heading = 0.0 }]\n[vessels.tug.drive]\ndiameter = 1.0\nspacing = 0.5\n"
             )
         )
-    assert "is 0.5, allowed: diameter = 1 m or more with 2 screws" in str(caught.value)
+    assert "vessels.tug.drive.spacing is 0.5 m, allowed: diameter = 1 m or more with 2 screws" in str(caught.value)
     with pytest.raises(ScenarioError, match="drive is missing, allowed: drive or yaw_moment"):
         scenario_from(tomllib.loads(BASE + "legs = [{ speed = 1.0, heading = 0.0 }]\n"))
 
