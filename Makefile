@@ -3,6 +3,8 @@ BIN := .venv/bin
 READY := .venv/.ready
 # compiled kernels, kept by their sources: all clones of the same source share them
 export NUMBA_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/oilsim/kernels
+# modules compiled once, where a container would have each of some hundred processes compile them: a tenth of the tests' work
+unexport PYTHONDONTWRITEBYTECODE
 
 QUICK := $(addprefix tests/,oilsim/density oilsim/gradients oilsim/neighborhood oilsim/pressure oilsim/viscosity oilsim/tension oilsim/sea oilsim/slick booms/losses coupling/master vessels scenarios/test_reference.py docs/test_pages.py test_readme.py)
 

@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from oilsim.backend.jit import njit
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from booms.boom_state import BoomState, beside, nearest_image, signed_distance
@@ -35,6 +34,7 @@ from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from booms.scores import PLANING_ANGLE
 from coupling.master.saved_fields import SavedFields
 from oilsim import Fluid
+from oilsim.backend.jit import njit
 from oilsim.oil.fates import LossCause
 
 

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.bullet_client import BulletBody, BulletClient
@@ -28,6 +27,7 @@ from coupling.multibody.contact_free_step import FreeBodies, step_without_contac
 from coupling.multibody.prescribed_motion import Motion, PrescribedMotion
 from coupling.multibody.rigid_state import RigidBodyState
 from coupling.multibody.rotations import applied, cross
+from oilsim.backend.jit import njit
 
 Array = npt.NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from coupling.multibody.rotations import rotation_matrices
+from oilsim.backend.jit import njit
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]

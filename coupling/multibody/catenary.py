@@ -20,7 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from oilsim.backend.jit import njit
 
 Array = npt.NDArray[np.float64]
 

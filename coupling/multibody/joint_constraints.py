@@ -33,11 +33,11 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from coupling.multibody.rotations import applied, cross, rotation_matrices
+from oilsim.backend.jit import njit
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

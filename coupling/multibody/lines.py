@@ -22,11 +22,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.mooring_leg import MooringLeg
 from coupling.multibody.rotations import applied, places_of
+from oilsim.backend.jit import njit
 from oilsim.backend.wrenches import add_force_at
 
 Array = npt.NDArray[np.float64]

@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.catenary import Pull, distance_under, pull_of, tensions
 from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.multibody.rotations import places_of
+from oilsim.backend.jit import njit
 from oilsim.backend.wrenches import add_force_at
 
 Array = npt.NDArray[np.float64]

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy.spatial.transform import Rotation
 
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.prescribed_motion import Motion
 from coupling.multibody.rotations import applied, cross, in_world
 from coupling.solids.bodies import MassProperties
+from oilsim.backend.jit import njit
 
 Array = npt.NDArray[np.float64]
 

@@ -18,10 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
+
+from oilsim.backend.jit import njit
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import trimesh
-from numba import njit
+
+from oilsim.backend.jit import njit
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -26,7 +26,6 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 import trimesh
-from numba import njit
 from scipy.sparse import coo_array
 from scipy.spatial import cKDTree
 
@@ -37,6 +36,7 @@ from coupling.solids.solid_mesh import told_solid
 from coupling.solids.thin_parts import HELD, TIGHT, middle_plane, plate_normals, thinnest_plate
 from coupling.solids.voronoi_shells import STEP, Shells
 from oilsim import BoundaryParticles
+from oilsim.backend.jit import njit
 from oilsim.core.phases import RIGHT_ANGLE
 
 Array = npt.NDArray[np.float64]

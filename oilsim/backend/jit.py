@@ -1,4 +1,7 @@
-"""Compile kernels: the options that all kernels share, and a compiler that the garbage collector does not interrupt."""
+"""Compile kernels: the options that all kernels share, and a compiler that the garbage collector does not interrupt.
+
+A module that takes `njit`, or options, from here has its kernels kept by their sources.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numba import config
+from numba import njit as njit
 from numba.core.event import Event, Listener, register
 from numba.core.registry import CPUDispatcher
 

@@ -20,10 +20,12 @@ from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
-from numba import config, njit, types
+from numba import config, types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 from numpy.typing import NDArray
+
+from oilsim.backend.jit import njit
 
 # [particles] that share one partial sum; numerical; not on record
 BLOCK = 1024

@@ -34,9 +34,9 @@ from copy import copy
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.jit import njit
 from oilsim.backend.wrenches import add_force_at
 from oilsim.core.physical_constants import AIR_DENSITY
 from oilsim.loads.load_model import (

@@ -12,8 +12,9 @@ clipped; the result is exact for a mesh of flat triangles.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from oilsim.backend.jit import njit
 
 Array = NDArray[np.float64]
 

@@ -19,9 +19,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.jit import njit
 from oilsim.slick.crossing import first_crossings, resting_sweep
 from oilsim.slick.merging import KEYS, MEANS
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
