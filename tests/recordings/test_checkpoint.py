@@ -101,6 +101,13 @@ def test_one_bit_changes_the_state_hash() -> None:
     assert state_hash(state) != state_hash(other)
 
 
+@pytest.mark.parametrize("place", [0, 500, -1])
+def test_every_place_of_an_array_counts_in_the_state_hash(place: int) -> None:
+    state, other = ({"parts": [{"position": np.zeros((333, 3), dtype=np.float32)}]} for _ in range(2))
+    other["parts"][0]["position"].flat[place] = np.nextafter(np.float32(0.0), np.float32(1.0))
+    assert state_hash(state) != state_hash(other)
+
+
 def test_another_scenario_is_refused(tmp_path: Path) -> None:
     save_checkpoint(tmp_path / "run.npz", _checkpoint({}))
     with pytest.raises(CheckpointError, match=f"its hash is {HASH[:12]}, that of this scenario {OTHER_HASH[:12]}"):

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 
-from coupling.master.algorithms import Jacobi
+from coupling.master.algorithms import GaussSeidel, Jacobi, Steppers
 from coupling.master.co_simulation import CoSimulation
-from coupling.master.connection import Connection
+from coupling.master.connection import Connection, Link
 from coupling.master.errors import CoSimulationError, CouplingSetupError
-from coupling.master.exchange_ledger import Exchange
+from coupling.master.exchange_ledger import Exchange, ExchangeLedger
 from coupling.master.observer_dispatch import Watching
 from coupling.master.participant import Array, Causality, Participant, Status, StepResult, Variable, variable_table
 from coupling.master.units import Unit
@@ -250,6 +250,44 @@ def test_discarded_step_is_repeated_by_all_in_a_run_that_rolls_back() -> None:
     assert (float(first.output), float(second.output)) == pytest.approx((y1, y2), abs=1e-15)
     assert run.rollback_faults == {}
     assert run.communication_point.index == 1
+
+
+class Counted(GaussSeidel):
+    """Remembers how many steps it has begun."""
+
+    STATE = ("begun",)
+    begun = 0
+
+    def step(self, steppers: Steppers, links: Sequence[Link], begin: float, end: float) -> None:
+        self.begun += 1
+        super().step(steppers, links, begin, end)
+
+
+class Opened(ExchangeLedger):
+    """Keeps account of the steps that were opened."""
+
+    STATE = ("opened",)
+    opened = 0
+
+    def open(self, steppers: Steppers) -> None:
+        self.opened += 1
+        super().open(steppers)
+
+
+def test_algorithm_and_ledger_go_back_with_the_participants() -> None:
+    """A whole step is discarded and two halves stand; then the run goes back to a saved state, and makes the same again."""
+    stiff = Accumulator("stiff", [])
+    stiff.on_step = refusing(0.06)
+    algorithm, ledger = Counted(), Opened((), 0.1)
+    run = CoSimulation([stiff], [], 0.1, rolls_back=True, exchange=Exchange(algorithm, ledger))
+    run.initialize()
+    run.step()
+    assert (algorithm.begun, ledger.opened) == (2, 2)
+    saved = run.save_state()
+    for _ in range(2):
+        run.step()
+        assert (algorithm.begun, ledger.opened) == (4, 4)
+        run.restore_state(saved)
 
 
 def test_end_and_events_of_a_kept_half_outlive_the_rollback_of_the_other() -> None:

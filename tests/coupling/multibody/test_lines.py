@@ -148,6 +148,22 @@ def test_a_stiff_line_that_a_winch_makes_short_stays_stable(world: RigidBodyWorl
         assert world.twist("load")[2] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.parametrize(("laid", "made"), [(0.8, 1.0), (1.3, 1.3)])
+def test_a_line_made_fast_is_as_long_as_its_ends_are_apart_and_no_shorter_than_laid(
+    world: RigidBodyWorld, laid: float, made: float
+) -> None:
+    """Ends 1 m apart: what is missing is paid out, and a slack line stays slack."""
+    hang(world)
+    ends = ((0.0, 0.0, -LENGTH), (0.0, 0.0, 0.0))
+    world.add_line("tie", "load", None, ends, length=laid, stiffness=STIFFNESS)
+    world.lines.loosen("tie")
+    world.make_line_fast("tie")
+    assert world.line_distance("tie") == pytest.approx(1.0)
+    assert world.lines.length("tie") == pytest.approx(made)
+    world.advance(0.01)
+    assert world.lines.length("tie") == pytest.approx(made), "no winch hauls it in"
+
+
 def test_line_repeats_after_a_restore(world: RigidBodyWorld) -> None:
     hang(world, drop=0.05)
     world.advance(0.05)

@@ -90,6 +90,18 @@ def test_morison_terms_have_their_size_and_sign():
     )
 
 
+def test_water_carried_round_a_circle_pulls_outwards():
+    """Water A that a part at a distance r from the turning body's centre carries along pulls with A w^2 r, besides its buoyancy."""
+    mesh = trimesh.creation.box((0.2, 0.2, 0.2)).apply_translation((2.0, 0.0, 0.0))
+    part = part_of(mesh, added_mass=(30.0, 40.0, 50.0), design_volume=mesh.volume)
+    bodies = FloatingBodies([LoadModel(parts=(part,))], steady_sea(density=RHO))
+    turn = Rotation.from_rotvec((0.0, 0.0, 0.6))
+    found = bodies.loads(0.0, pose_at((0, 0, -1.0), turn), np.array([[0, 0, 0, 0, 0, 1.5]]))
+    lift = RHO * G * 0.2**3
+    assert found.wrench[0, :3] == pytest.approx(turn.apply((30.0 * 1.5**2 * 2.0, 0.0, lift)), abs=1e-9)
+    assert found.wrench[0, 3:] == pytest.approx(turn.apply((0.0, -2.0 * lift, 0.0)), abs=1e-9)
+
+
 def test_damping_is_the_derivative_of_the_wrench_by_the_twist():
     dice = np.random.default_rng(3)
     part = part_of(trimesh.creation.box((1, 1, 1)), wave_damping=(20, 30, 50.0))

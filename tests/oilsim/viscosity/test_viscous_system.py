@@ -174,12 +174,17 @@ def test_interface_takes_the_harmonic_mean_and_the_paper_none():
     assert viscosity_matrix([1.0, 3.0], same_phase_only=True).tolist() == [[1.0, 0.0], [0.0, 3.0]]
 
 
-def test_no_slip_walls_stop_a_thick_liquid_and_free_slip_walls_do_not(make_fluid):
+@pytest.mark.parametrize("place", [None, 0, 1])
+def test_no_slip_walls_stop_a_thick_liquid_and_free_slip_walls_do_not(make_fluid, place):
+    """Whether the liquid is the only one or one of two kinds, of which the other, a thin one, is before it or behind it in the list."""
     speeds = {}
     for no_slip in (True, False):
         thick = Phase(name="water", rest_density=1000.0, dynamic_viscosity=1000.0)
+        phases = [thick]
+        if place is not None:
+            phases.insert(place, Phase(name="thin", rest_density=1000.0, dynamic_viscosity=1.0))
         fluid = make_fluid(
-            particle_spacing=0.05, phases=(thick,), dimension=2, lower=(0, -0.5, -0.2), upper=(1, 0.5, 0.7), gravity=(0, 0, 0),
+            particle_spacing=0.05, phases=tuple(phases), dimension=2, lower=(0, -0.5, -0.2), upper=(1, 0.5, 0.7), gravity=(0, 0, 0),
             periodic=(True, False, False),
         )  # fmt: skip
         walls = tank_walls((0, 0, 0), (1, 0, 0.5), 0.05, sides=("-z", "+z"), periodic=(True, False, False), dimension=2,

@@ -55,6 +55,28 @@ def test_the_surface_is_read_back_at_its_rate(recording: Path) -> None:
         assert (image[-1, 0] == palette.film_colors(np.array(2e-3))).all()
 
 
+def test_a_recording_that_goes_on_takes_the_surfaces_that_were_to_come(tmp_path: Path, made_up: ModuleType) -> None:
+    """Surfaces are due at steps 0, 4 and 8: a recorder that goes on after step 5 has none of step 6 or 7."""
+
+    def take(recorder: Recorder, steps: range) -> None:
+        for index in steps:
+            time = 0.1 * index
+            recorder.step_completed(Frame(index=index, time=time, read_surface=lambda t=time: surface_at(t)))
+
+    terms = {"frame_rate": 10.0, "surface_rate": 2.5}
+    with Recorder(tmp_path / "first.rrd", **terms) as first, Recorder(tmp_path / "second.rrd", **terms) as second:
+        for recorder in (first, second):
+            recorder.initialized(made_up.describe())
+        take(first, range(6))
+        second.restore_state(first.save_state())
+        for recorder in (first, second):
+            take(recorder, range(6, 10))
+    whole, goes_on = (seas_at(Replay(tmp_path / name), range(6, 10)) for name in ("first.rrd", "second.rrd"))
+    assert set(goes_on) == {8, 9}
+    for index in (8, 9):
+        assert (goes_on[index].surface.height == whole[index].surface.height).all()
+
+
 def test_the_sea_is_drawn_with_the_oil_where_it_lies(recording: Path) -> None:
     sea = seas_at(Replay(recording), [20])[20]
     corners = np.array([[x, y, 0.0] for x in (-9.0, 9.0) for y in (-9.0, 9.0)])
