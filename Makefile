@@ -6,6 +6,8 @@ export NUMBA_CACHE_DIR ?= $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/oilsim/kernels
 # modules compiled once, where a container would have each of some hundred processes compile them: a tenth of the tests' work
 unexport PYTHONDONTWRITEBYTECODE
 
+# workers begin with halves of the tests, so that each file's fixtures are made, and each room's kernels loaded, by one of them
+PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 QUICK := $(addprefix tests/,oilsim/density oilsim/gradients oilsim/neighborhood oilsim/pressure oilsim/viscosity oilsim/tension oilsim/sea oilsim/slick booms/losses coupling/master vessels scenarios/test_reference.py docs/test_pages.py test_readme.py)
 
 .PHONY: demo conduct quick test test-all lint docs bench pareto validate half-step stress fuzz mutants paper clean
@@ -17,13 +19,13 @@ conduct: $(READY)  ## conduct an exercise on a page in the browser; EXERCISE=nam
 	$(BIN)/oilsim conduct $(or $(EXERCISE),sweep-200m)
 
 quick: $(READY)  ## a choice of tests that takes under a minute with kernels compiled: while you work
-	$(BIN)/pytest -n 2 -q $(QUICK)
+	$(PYTEST) -q $(QUICK)
 
 test: lint  ## lint, types, import layers, tests: what CI runs
-	$(BIN)/pytest -n 2
+	$(PYTEST)
 
 test-all: lint  ## the same, with the tests that are marked slow
-	$(BIN)/pytest -n 2 -m 'slow or not slow'
+	$(PYTEST) -m 'slow or not slow'
 
 lint: $(READY)
 	$(BIN)/ruff check .

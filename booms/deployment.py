@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -146,6 +147,7 @@ def lay_between(
     return _layout(boom, middle + chain[:, :1] * along + chain[:, 1:] * left, water_level, name)
 
 
+@lru_cache(maxsize=64)  # a check and a run, and runs of a sweep, lay the same boom
 def stream_chain(segment_count: int, across: float, along: float) -> Array:
     """Compute the vertices (segment_count + 1, 2) [-] of a chain of length 1 in a stream along +y, from the origin to (across, along).
 
@@ -173,7 +175,9 @@ def stream_chain(segment_count: int, across: float, along: float) -> Array:
         raise ValueError(
             f"{segment_count} segments cannot hang between these ends, allowed: more segments, or wider ends"
         )
-    return np.concatenate([np.zeros((1, 2)), np.cumsum(links, axis=0)])
+    chain = np.concatenate([np.zeros((1, 2)), np.cumsum(links, axis=0)])
+    chain.flags.writeable = False  # all callers have the same one
+    return chain
 
 
 def _hanging(middle: Array, parameter: float, along: float) -> Array:

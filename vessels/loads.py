@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import trimesh
@@ -89,32 +90,43 @@ def with_superstructure(model: LoadModel, area: float, drag: float, center: tupl
     return LoadModel(parts=model.parts, stations=(*model.stations, above))
 
 
-def _sections(hull: Hull, strips: int) -> list[_Section]:
+def _sections(hull: Hull, strips: int) -> tuple[_Section, ...]:
     """Cut the hull across; strips that stay dry at the design waterline are joined to none and left to the weight of the hull."""
-    low, high = hull.mesh.bounds[:, 0]
+    vertices, faces = np.asarray(hull.mesh.vertices, np.float64), np.asarray(hull.mesh.faces, np.int64)
+    return _cut(vertices.tobytes(), faces.tobytes(), hull.waterline, strips)
+
+
+@lru_cache(
+    maxsize=32
+)  # a cut hull takes a tenth of a second, and a check, a run and those of a sweep have the same ones
+def _cut(vertices: bytes, faces: bytes, waterline: float, strips: int) -> tuple[_Section, ...]:
+    """Cut the mesh of these vertices (V, 3) and faces (F, 3), as bytes of float64 and int64."""
+    places, corners = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3)
+    whole = trimesh.Trimesh(places, corners, process=False)
+    low, high = whole.bounds[:, 0]
     edges = np.linspace(low, high, strips + 1)
     found = []
     for aft, fore in itertools.pairwise(edges):
-        mesh = hull.mesh
+        mesh = whole
         for point, normal in ((aft, 1.0), (fore, -1.0)):
             if point not in (low, high):
                 mesh = trimesh.intersections.slice_mesh_plane(mesh, (normal, 0.0, 0.0), (point, 0.0, 0.0), cap=True)
-        wet = mesh.vertices[mesh.vertices[:, 2] <= hull.waterline + 1e-9]
+        wet = mesh.vertices[mesh.vertices[:, 2] <= waterline + 1e-9]
         if len(wet) == 0:
             continue
-        afloat = hydrostatics(mesh, hull.waterline)
+        afloat = hydrostatics(mesh, waterline)
         length = float(fore - aft)
         found.append(
             _Section(
                 mesh=mesh,
                 length=length,
                 beam=afloat.waterplane_area / length,
-                draft=hull.waterline - float(wet[:, 2].min()),
+                draft=waterline - float(wet[:, 2].min()),
                 middle=float(0.5 * (aft + fore)),
                 volume=afloat.displaced_volume,
             )
         )
-    return found
+    return tuple(found)
 
 
 def _part(section: _Section, density: float, frequency: float) -> Part:

@@ -46,6 +46,7 @@ def doubled(data: bytearray, at: int, count: int) -> bytes:
 def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "work").mkdir()
     monkeypatch.chdir(tmp_path / "work")
+    monkeypatch.setattr("scenarios.debrief.key_moments._WIDTH", 240)  # large scenes take most of the time of a debrief
 
 
 @pytest.mark.parametrize("harm", [zeroed, scrambled, missing, doubled])

@@ -103,7 +103,7 @@ def test_larger_clusters_in_a_plane_rise_by_their_own_flow_alone(count: int) -> 
 
 
 def test_water_sinks_in_oil() -> None:
-    thick = Phase(name="thick", rest_density=900.0, dynamic_viscosity=0.2)
+    thick = Phase(name="thick", rest_density=900.0, dynamic_viscosity=0.1)
     speed = speed_of(1, 2, drop=WATER, around=thick)
     fluid = with_clusters(1, 2, wide=240, high=24, phases=(thick, WATER))
     assert -risen(fluid, "water", speed, 6.0 * D) == pytest.approx(speed, rel=0.25)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import re
@@ -152,6 +153,14 @@ def history(recording: Path) -> BoomHistory:
     """The history of its boom."""
     (found,) = boom_histories(Replay(recording))
     return found
+
+
+@pytest.fixture(scope="module")
+def debrief(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its debrief by the command, with no options: the folder."""
+    with contextlib.chdir(tmp_path_factory.mktemp("debrief")):
+        assert main(["debrief", str(recording)]) == 0
+        return Path("made-up-debrief").absolute()
 
 
 def test_normal_speed_is_that_of_the_water_across_each_segment(history: BoomHistory) -> None:
@@ -514,8 +523,8 @@ def test_what_lies_between_the_frames_counts_where_it_was_recorded(tmp_path: Pat
     assert any("highest tow tension, 90 N at starboard" in text for text in told)
 
 
-def test_the_page_needs_nothing_else_and_shows_all(recording: Path, history: BoomHistory, tmp_path: Path) -> None:
-    page = write_debrief(recording, tmp_path / "out").read_text(encoding="utf-8")
+def test_the_page_needs_nothing_else_and_shows_all(debrief: Path, history: BoomHistory) -> None:
+    page = (debrief / "debrief.html").read_text(encoding="utf-8")
     assert not re.search(r"""(src|href)\s*=\s*["'](?!data:|#)""", page)
     assert "@import" not in page and "url(http" not in page
     judged = [finding.criterion for finding in grade(history).findings]  # those of skimmers and berths need some
@@ -526,9 +535,9 @@ def test_the_page_needs_nothing_else_and_shows_all(recording: Path, history: Boo
     assert "Oil &amp; &lt;boom&gt;" in page
     assert page.count("<svg") == 8 and page.count("<img ") == 4
     for name in ("map", "oil", "rates", "speed", "tension", "skirt", "along", "loss", "moment-1"):
-        image = matplotlib.image.imread(tmp_path / "out" / f"{name}.png")
+        image = matplotlib.image.imread(debrief / f"{name}.png")
         assert image[..., :3].std() > 0.01  # something is drawn
-    saved = json.loads((tmp_path / "out" / "grade.json").read_text())
+    saved = json.loads((debrief / "grade.json").read_text())
     assert saved["main"]["grade"] == "C"
     assert "26 A V², with A = 0.5 m of skirt ×" in page and "and V = 0.94 kn" in page
     assert "droplet entrainment" not in page and "by drainage" not in page
@@ -642,16 +651,15 @@ def test_bad_input_is_one_clear_error(
 
 
 def test_the_command_grades_by_a_trainers_own_limits(
-    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    recording: Path, debrief: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """80 % were held: partly met by the limits of its own, 95 and 80, and met by these; the page shows both."""
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text("[held]\ngood = 79\nacceptable = 61\n")
-    own = ["debrief", str(recording), "--out", "mine", "--criteria", "mine.toml"]
-    for arguments, limits, letter in ((["debrief", str(recording)], (95, 80), "C"), (own, (79, 61), "B")):
-        assert main(arguments) == 0
-        page = Path(capsys.readouterr().out.strip())
-        assert page == Path("mine" if "--out" in arguments else "made-up-debrief", "debrief.html")
+    assert main(["debrief", str(recording), "--out", "mine", "--criteria", "mine.toml"]) == 0
+    own = Path("mine/debrief.html")
+    assert capsys.readouterr().out.strip() == str(own)
+    for page, limits, letter in ((debrief / "debrief.html", (95, 80), "C"), (own, (79, 61), "B")):
         shown = re.findall(r'<td class="n">≥ (\d+)</td>', page.read_text(encoding="utf-8"))
         assert tuple(map(int, shown[:2])) == limits
         assert json.loads(page.with_name("grade.json").read_text())["main"]["grade"] == letter

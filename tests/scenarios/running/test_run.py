@@ -1,4 +1,4 @@
-"""Runs from end to end, small and short: every shipped scenario, what it leaves behind, and how it ends."""
+"""Runs from end to end, small and short: what they leave behind, and how they end. The recorded runs have every shipped scenario."""
 
 from __future__ import annotations
 
@@ -26,46 +26,14 @@ from scenarios.schema.probe_settings import BodyProbe, PressureProbe, VelocityPr
 from scenarios.setup import recorder_options
 from scenarios.setup.fluid import fill_positions
 from scenarios.setup.solids.placed_solids import own_solids
-from scenarios.spec.load import library_paths, load_scenario, scenario_from
+from scenarios.spec.load import load_scenario, scenario_from
 from scenarios.spec.resolve import resolve
 from scenarios.spec.scenario import RunSettings, Scenario
 from scenarios.text.problems import ScenarioError
 from tests.poison import Poison
 from tests.scenarios.kills import started_run
 
-SPACINGS = {
-    "anchored-containment": 0.25,
-    "calm-spread": 0.2,
-    "dam-break": 0.1,
-    "deploy-and-connect": 0.25,
-    "deploy-from-reel": 0.25,
-    "drop-in-air": 0.00125,
-    "fast-sweep": 0.25,
-    "floating-box": 0.1,
-    "harbour-1km": 0.25,
-    "inlet-exclusion": 0.25,
-    "j-sweep-skimmer": 0.25,
-    "launch-from-slip": 0.25,
-    "open-apex-follow": 0.25,
-    "river-diversion-cascade": 0.25,
-    "rock-coating": 0.03,
-    "shore-seal": 0.25,
-    "still-column": 0.1,
-    "sweep-200m": 0.25,
-    "tow-speed-ramp": 0.125,
-    "tow-speed-trial": 0.25,
-    "two-layer": 0.1,
-    "u-sweep": 0.125,
-    "v-sweep": 0.25,
-    "wave-flume": 0.1,
-    "wind-drift": 0.2,
-}
-
-SUMMARY_KEYS = {
-    "format", "scenario", "overrides", "versions", "ended", "simulated_s", "wall_s", "real_time_factor", "steps", "step_ms",
-    "stage_ms", "particles", "bodies", "skimmers", "left_the_tank", "density_error", "iterations", "exchange", "momentum_residual",
-    "energy_residual", "budget", "oil_m3", "scores", "probes", "state_hash", "events",
-}  # fmt: skip
+SPACINGS = {"dam-break": 0.1, "floating-box": 0.1, "rock-coating": 0.03, "two-layer": 0.1, "u-sweep": 0.125}
 
 
 def small(name: str, *overrides: str, steps: int = 3) -> Scenario:
@@ -87,46 +55,11 @@ def run_steps(scenario: Scenario) -> tuple[Assembly, Frame, SummaryObserver]:
         return run.assembly, run.last_frame(), summary
 
 
-@pytest.mark.parametrize("name", sorted(SPACINGS))
-def test_shipped_scenario_runs(name: str) -> None:
-    """Three steps: every particle is where a particle can be, every body is shown, the summary is JSON with its keys."""
-    scenario = small(name)
-    assembly, frame, summary = run_steps(scenario)
-    assert frame.index == 3
-    for phase in frame.phases.values():
-        assert np.isfinite(phase.position).all()
-        assert (np.diff(phase.id.astype(np.int64)) > 0).all()
-    assert set(frame.bodies) == set(assembly.body_names)
-    assert assembly.description.particle_volume == assembly.fluid.config.rest_volume
-    result = json.loads(json.dumps(summary.summary(0.015), allow_nan=False))
-    assert set(result) == SUMMARY_KEYS
-    assert result["steps"] == 3
-    assert set(result["particles"]) == {*scenario.phases, "boundary"}
-    assert set(result["oil_m3"]) == {
-        "spilled",
-        "afloat",
-        "contained",
-        "lost",
-        "lost_modelled",
-        "recontained",
-        "recovered",
-        "stranded",
-        "evaporated",
-        "left_the_domain",
-        "resolved",
-    }
-    assert set(result["step_ms"]) == {"median", "p95", "max"}
-
-
 @pytest.mark.parametrize("kind", ["speed=3.0 wind", "speed=0.2 current", "height=0.05 period=1.0 waves"])
 def test_weather_along_minus_x_runs_in_a_plane(kind: str) -> None:
     *terms, table = kind.split()
     overrides = [f"sea.{table}.{term}" for term in (*terms, "direction_deg=180.0")]
     assert run_steps(small("dam-break", *overrides))[1].index == 3
-
-
-def test_every_scenario_has_a_small_run() -> None:
-    assert set(SPACINGS) == set(library_paths())
 
 
 def test_u_sweep_has_vessels_and_a_jointed_boom() -> None:

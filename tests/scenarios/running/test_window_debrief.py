@@ -43,6 +43,11 @@ def replay(tmp_path_factory: pytest.TempPathFactory) -> JoinedReplay:
     return recorded(tmp_path_factory.mktemp("window"), *WINDOW_SETTINGS)
 
 
+@pytest.fixture(autouse=True)
+def _small_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scenarios.debrief.key_moments._WIDTH", 240)  # large ones take most of the time of a debrief
+
+
 def outlines(figure: Figure) -> list[Rectangle]:
     return [one for one in figure.axes[0].patches if isinstance(one, Rectangle) and one.get_gid() == WINDOW]
 
