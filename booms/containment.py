@@ -47,7 +47,6 @@ class ContainmentOptions:
     skirt_depth, freeboard [m] of the boom at its design waterline; particle_volume [m3]; hysteresis [m]: how far past
     the boom's line a particle must be to count as lost, or as back inside; one particle spacing is sensible.
     entrainment_speed [m/s] normal to the boom: 0.7 knots in practice, whatever the size of the boom.
-    grace [s] for which what particles have lost counts as held: until the closures, which may put it back, have looked at it.
     period [m] of the sea along x and y, 0 along an axis on which it does not repeat: inside is inside across its periodic sides.
 
     Raises ValueError for a size, volume or entrainment speed that is not above 0.
@@ -59,7 +58,6 @@ class ContainmentOptions:
     hysteresis: float
     kinematic_viscosity: float = 0.0
     entrainment_speed: float = PRACTICE_SPEED
-    grace: float = 0.0
     period: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -85,7 +83,7 @@ class Standing:
 
 
 _BY_PARTICLE = (
-    "_fate", "_was_inside", "_cause", "_known", "_lost_at", "_modelled", "_segment", "_place", "_wrapped", "_pending",
+    "_fate", "_was_inside", "_cause", "_known", "_lost_at", "_modelled", "_segment", "_place", "_wrapped",
 )  # fmt: skip
 
 
@@ -118,7 +116,6 @@ class Containment:
         self._segment = np.zeros(0, dtype=np.int16)
         self._place = np.zeros((0, 2))  # [m] in plan, at the last update
         self._wrapped = np.zeros(0, dtype=np.bool_)  # has come round a sea that repeats since it was lost
-        self._pending = np.zeros(0, dtype=np.bool_)  # lost within the grace, and still held as long as that
         self._recontained, self._returned, self._returned_modelled = 0, 0, 0
 
     def update(
@@ -144,8 +141,6 @@ class Containment:
         self._was_inside[index] = inside
         present = np.zeros(len(self._fate), dtype=np.bool_)
         present[index] = True
-        recent = (time - self._lost_at <= self.options.grace) & (self.options.grace > 0.0)
-        self._pending = present & (self._fate == _Fate.LOST) & ~self._modelled & recent
         return self._oil(present, inside)
 
     def lose(self, time: float, particle: int, cause: LossCause, segment: int) -> None:
@@ -157,20 +152,13 @@ class Containment:
             raise ValueError(f"particle {particle} is not held by the boom, allowed: one that is")
         self._fate[particle], self._cause[particle], self._lost_at[particle] = _Fate.LOST, cause, time
         self._modelled[particle], self._segment[particle], self._was_inside[particle] = True, segment, False
-        self._wrapped[particle] = self._pending[particle] = False
+        self._wrapped[particle] = False
         self._place[particle] = np.nan  # it has changed places: its next way is unknown
 
-    def keep(self, particle: int) -> None:
-        """Count a lost particle as retained again, as if it had never been lost; a closure has put it back before the boom."""
-        self._fate[particle], self._was_inside[particle], self._pending[particle] = _Fate.RETAINED, True, False
-        self._place[particle] = np.nan  # as in `lose`
-
-    def standing(self, *, pending_is_held: bool = False) -> Standing:
-        """Return the standing of the particles that are held or lost, which are few in a sea; pending: lost within the grace."""
+    def standing(self) -> Standing:
+        """Return the standing of the particles that are held or lost, which are few in a sea."""
         ids = np.flatnonzero(self._fate != _Fate.FREE)
         fate, lost_at = self._fate[ids], self._lost_at[ids]
-        if pending_is_held:
-            fate = np.where(self._pending[ids], _Fate.RETAINED, fate)
         return Standing(
             ids=ids,
             retained=fate == _Fate.RETAINED,
@@ -261,8 +249,8 @@ class Containment:
 
     def _oil(self, present: NDArray[np.bool_], inside: NDArray[np.bool_]) -> BoomOil:
         """Return the boom's oil; lost particles stay in it when they leave the water, where those of the mask `present` are."""
-        volume, held = self.options.particle_volume, (self._fate == _Fate.RETAINED) | self._pending
-        lost = self._known & (self._fate == _Fate.LOST) & ~self._pending
+        volume, held = self.options.particle_volume, self._fate == _Fate.RETAINED
+        lost = self._known & (self._fate == _Fate.LOST)
         count, modelled = (
             np.bincount(self._cause[which], minlength=len(LossCause)) for which in (lost, lost & self._modelled)
         )
@@ -329,7 +317,7 @@ def fates_of(booms: Sequence[Containment], ids: NDArray[np.integer]) -> Particle
 
     What a boom holds is contained, else what booms have lost is lost by the cause at the one that lost it last, of equals the first one.
     """
-    standings = [boom.standing(pending_is_held=True) for boom in booms]
+    standings = [boom.standing() for boom in booms]
     seen = np.unique(np.concatenate([ids.astype(np.int64), *(standing.ids for standing in standings)]))
     fate, held = np.full(len(seen), int(Fate.AFLOAT)), np.zeros(len(seen), np.bool_)
     lost_at, modelled = np.full(len(seen), -np.inf), np.zeros(len(seen), np.bool_)

@@ -1,7 +1,7 @@
 """Count what the house holds: `python -m tests.house [--json] [--revision REV]`.
 
 The counts of a plan that aims at fewer things, each once: files, lines, classes and functions of each package; modules that one other
-module imports, and those of them that are small; keys of a scenario file, and those that no shipped scenario or document uses; checks of
+module imports, and those of them that are small; keys of a scenario file, and those that no shipped scenario and no guide uses; checks of
 modes; classes that do nothing in several methods; circles between folders; the tests and their lines. `--revision` counts another commit
 of this repository by the same rules, so that a change can name its numbers before and after.
 """
@@ -77,13 +77,25 @@ def idle_methods(tree: ast.Module) -> int:
     return count
 
 
-def keys_of_files(root: Path) -> tuple[int, int, int]:
-    """Count sections and keys that a scenario file may have, and the keys that no shipped scenario names."""
-    sections = keys = unused = 0
-    shipped = "\n".join(path.read_text() for path in (root / "scenarios").rglob("*.toml"))
-    named = set(re.findall(r"\b([a-z][a-z_0-9]*?)(?:_kn|_deg|_compass)?\s*=", shipped)) | set(
-        re.findall(r"\[(?:\w+\.)*(\w+)\]", shipped)
+def names_in(text: str) -> set[str]:
+    """Return the words that a text has for keys: before a sign of equality, in a table's head, or on the way to a key, and for options."""
+    written = (
+        set(re.findall(r"--([a-z]+)", text))
+        | set(re.findall(r"\b([a-z][a-z_0-9]*)\s*=", text))
+        | set(re.findall(r"[a-z_]+", " ".join(re.findall(r"\[[\w.-]+\]|\b[\w.-]+(?=\s*=)", text))))
     )
+    return written | {re.sub(r"_(kn|deg|compass)$", "", name) for name in written}
+
+
+def keys_of_files(root: Path) -> tuple[int, int, int, int]:
+    """Count sections and keys that a scenario file may have, the keys that no shipped scenario names, and of these those in no guide."""
+    sections = keys = 0
+    unused = []
+    shipped = names_in("\n".join(path.read_text() for path in (root / "scenarios").rglob("*.toml")))
+    pages = [
+        path for path in (root / "docs").rglob("*") if path.suffix in (".md", ".toml") and path.name != "scenarios.md"
+    ]
+    guided = shipped | names_in("\n".join(path.read_text() for path in pages))
     for _, text in sources(root, ("scenarios",)):
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.ClassDef) and any(
@@ -97,8 +109,8 @@ def keys_of_files(root: Path) -> tuple[int, int, int]:
                     and "ClassVar" not in ast.unparse(line.annotation)
                 ]
                 sections, keys = sections + 1, keys + len(fields)
-                unused += sum(name not in named for name in fields)
-    return sections, keys, unused
+                unused += [name for name in fields if name not in shipped]
+    return sections, keys, len(unused), sum(name not in guided for name in unused)
 
 
 def count(root: Path) -> dict[str, object]:
@@ -111,7 +123,7 @@ def count(root: Path) -> dict[str, object]:
     lines = {name: text.count("\n") for name, text in texts.items()}
     single = [name for name in modules if importers[name] == 1]
     nodes = [node for tree in trees.values() for node in ast.walk(tree)]
-    sections, keys, unused = keys_of_files(root)
+    sections, keys, unused, unguided = keys_of_files(root)
     tests = dict(sources(root, ("tests",)))
     return {
         "lines": sum(lines.values()),
@@ -129,6 +141,7 @@ def count(root: Path) -> dict[str, object]:
         "sections of a scenario file": sections,
         "keys of a scenario file": keys,
         "keys in no shipped scenario": unused,
+        "of these in no guide": unguided,
         "files of tests": len(tests),
         "lines of tests": sum(text.count("\n") for text in tests.values()),
         "lines of docs": sum(path.read_text().count("\n") for path in (root / "docs").rglob("*.md")),

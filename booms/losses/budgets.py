@@ -3,8 +3,7 @@
 There are two ways out, under the foot and over the top. A segment's budget grows by the loss that the closures of that way give, and
 falls by the oil that particles carried out there (top up, never add). Which cause a particle's loss has is told by rules of thumb, so a
 loss by one cause also counts against the closures of the other causes on the same way; nothing counts twice. An overdrawn budget
-forgets its debt with the time constant `WINDOW`: a burst of resolved loss counts against the closures for that window only. Where the
-particles are too coarse to lose oil rightly, they do not overdraw it: what they lost in excess is held back (see `closure_losses`).
+forgets its debt with the time constant `WINDOW`: a burst of resolved loss counts against the closures for that window only.
 
 A way out is due when its budget reaches one particle's volume, by the cause that has the largest claim; what particles lost by themselves
 is taken off the claims of its way. Each budget begins with a part of a particle's volume, drawn from a seed. So the expected loss of all
@@ -60,11 +59,3 @@ class LossBudgets(SavedFields):
         """Take one particle off what a segment owes."""
         self.owed[way, segment] -= self._volume
         self._claims[cause, segment] -= self._volume
-
-    def is_overdrawn(self, segment: int, way: int) -> bool:
-        """Tell whether the particles of a segment lost more on a way out than the closures give."""
-        return bool(self.owed[way, segment] < 0.0)
-
-    def take_back(self, segment: int, way: int) -> None:
-        """Give a segment back the particle that it lost in excess."""
-        self.owed[way, segment] += self._volume

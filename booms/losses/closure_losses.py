@@ -4,10 +4,6 @@ At every `INTERVAL` of simulated time the closures' losses are booked into budge
 segment owes a particle, the held oil particle nearest to its foot changes place with a water particle behind and below the foot, or, over
 the top, behind the float. Volume, mass and momentum stay exact, and the lost oil is seen and drifts on.
 
-A skirt of few particles lets oil through that a real one holds. So where the spacing does not resolve the flow under the foot, and the
-skirt stands, a particle that is lost there in excess of the closures is held back: it changes place with a water particle before the skirt.
-Where the skirt leans over, or half of it is out of the water, the particles go as they will.
-
 Lean: the draft that a leaning skirt still has, from its pose.
 
 In a run the pose is resolved; the skirt's foot and the local surface give the draft.
@@ -28,10 +24,9 @@ from booms.boom_state import BoomState, beside, nearest_image, signed_distance
 from booms.containment import Containment, Standing
 from booms.losses.budgets import LossBudgets
 from booms.losses.liquids import OilOnWater, mixed
-from booms.losses.rates import UNDER_FOOT, WAYS, Closures, Drivers
+from booms.losses.rates import WAYS, Closures, Drivers
 from booms.losses.slick import front_thickness
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
-from booms.scores import PLANING_ANGLE
 from coupling.master.saved_fields import SavedFields
 from oilsim import Fluid
 from oilsim.backend.jit import njit
@@ -100,7 +95,7 @@ class _HeldOil:
 class ClosureLosses(SavedFields):
     """The closures of one boom, with their budgets; only `act` changes anything."""
 
-    STATE = ("_time", "_speed", "_draft", "_swaps", "_held_back", "rate", "_budgets")
+    STATE = ("_time", "_speed", "_draft", "_swaps", "rate", "_budgets")
 
     def __init__(self, boom: LostBoom) -> None:
         self._boom = boom
@@ -110,18 +105,7 @@ class ClosureLosses(SavedFields):
         self._speed = np.zeros(boom.segments)  # [m/s] against each segment, low-pass
         self._draft = np.full(boom.segments, boom.closures.skirt_depth)  # [m], low-pass
         self._swaps = 0
-        self._held_back = 0
         self.rate = 0.0  # [m3/s] by all closures, at the last look
-
-    @property
-    def puts_back(self) -> bool:
-        """Tell whether they put oil back that slips under the skirt, at their first look at it, which is `INTERVAL` later at most."""
-        return self._boom.closures.decide_alone
-
-    @property
-    def held_back(self) -> float:
-        """Oil [m3] that particles let through in excess of the closures, and that was put back, summed over time."""
-        return self._held_back * self._volume
 
     def act(self, time: float, fluid: Fluid, containment: Containment, state: BoomState, level: float) -> None:
         """Add up the losses since the last look, and carry out what is due; `state` of the boom at `time` [s], level [m] of still water."""
@@ -139,8 +123,6 @@ class ClosureLosses(SavedFields):
         rates = self._rates(drivers, held)
         self.rate = float(rates.sum())
         self._budgets.add(rates * duration, self._resolved(standing, before), duration)
-        if self.puts_back:
-            self._hold_back(fluid, containment, state, drivers, standing, self._fresh(standing, before))
         for segment, way, cause in self._due():
             self._carry_out(time, fluid, containment, state, held, (segment, way, cause))
 
@@ -257,38 +239,6 @@ class ClosureLosses(SavedFields):
         if way:
             return np.array([*plan, min(top, state.position[segment, 2] + state.waterline)]), math.inf
         return np.array([*plan, foot - 0.75 * boom.spacing]), float(foot) + 0.5 * boom.spacing
-
-    def _hold_back(
-        self,
-        fluid: Fluid,
-        containment: Containment,
-        state: BoomState,
-        drivers: Drivers,
-        standing: Standing,
-        fresh: NDArray[np.bool_],
-    ) -> None:
-        """Put particles that were lost under the foot in excess of the closures back before the skirt, where it stands."""
-        boom, under = self._boom, WAYS.index(UNDER_FOOT)
-        fresh &= np.isin(standing.cause, UNDER_FOOT) & np.isin(standing.ids, fluid.particles.id)
-        stands = (drivers.draft > STANDING * boom.closures.skirt_depth) & (drivers.lean < PLANING_ANGLE)
-        for particle, segment in zip(standing.ids[fresh], standing.segment[fresh].astype(np.int64), strict=True):
-            if not (stands[segment] and self._budgets.is_overdrawn(segment, under)):
-                continue
-            place, foot = self._before(state, int(segment))
-            water = self._water_at(fluid, state, place, (foot, math.inf), side=1.0)
-            if water is not None:
-                fluid.swap_particles([particle], [water])
-                containment.keep(int(particle))
-                self._budgets.take_back(segment, under)
-                self._held_back += 1
-
-    def _before(self, state: BoomState, segment: int) -> tuple[Array, float]:
-        """Return a place (3,) [m] before a segment, half way down the skirt, and the height [m] of its foot."""
-        boom, line = self._boom, state.line()
-        foot = state.heights(boom.freeboard, boom.closures.skirt_depth)[1][segment]
-        before = 0.5 * boom.float_width + BEYOND * boom.spacing
-        plan = 0.5 * (line[segment] + line[segment + 1]) - before * state.normal()[segment]
-        return np.array([*plan, foot + 0.5 * boom.closures.skirt_depth]), float(foot)
 
     def _water_at(
         self, fluid: Fluid, state: BoomState, place: Array, heights: tuple[float, float], side: float

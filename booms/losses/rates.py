@@ -201,11 +201,6 @@ class Closures:
     def __post_init__(self) -> None:
         require("closures of a boom", Closures, {"skirt_depth": self.skirt_depth})
 
-    @property
-    def decide_alone(self) -> bool:
-        """Tell whether the closures alone decide what is lost under the foot, since the particles are too coarse for the flow there."""
-        return self.resolution is not None and not self.resolution.drainage
-
     def rates(self, drivers: Drivers, oil: OilOnWater) -> Array:
         """Compute the losses by cause and segment (causes, S) [m2/s per metre of boom]."""
         result = np.zeros((len(LossCause), len(drivers.speed)))

@@ -3,7 +3,7 @@
 The input `poses` holds the poses of the bodies of booms and hulls, in the order of `bodies`. Outputs: `spilled`, `afloat`, `contained`,
 `stranded`, `recovered`, rows of the oil ledger in m3, and `resolved`, what of it is particles of a window; `lost`, and `lost.<cause>`, the
 oil now lost by that cause; of every boom <boom> `<boom>.contained`, `<boom>.passed.<cause>`, the oil that it has lost since the start and
-that has not come back, `<boom>.carried.<cause>`, what of it particles of a window carried past, `<boom>.recontained`, `<boom>.held_back`,
+that has not come back, `<boom>.carried.<cause>`, what of it particles of a window carried past, `<boom>.recontained`,
 what they would have carried under its skirt, and by segment
 `<boom>.held_by_segment`, `<boom>.thickness`, `<boom>.normal_speed`, `<boom>.draft`, `<boom>.lean`, `<boom>.freeboard`. A step sweeps each
 barrier from where the last step left it to the pose given for this one, so nothing leaks, whatever the bodies do. If the bodies make their
@@ -144,7 +144,7 @@ class SlickParticipant(Participant):
     def _declared_outputs(self) -> list[Variable]:
         names = [*ROWS, "lost", *(f"lost.{cause}" for cause in CAUSES)]
         for boom in self._booms:
-            names += [f"{boom.name}.contained", f"{boom.name}.held_back", f"{boom.name}.recontained"]
+            names += [f"{boom.name}.contained", f"{boom.name}.recontained"]
             names += [f"{boom.name}.{what}.{cause}" for what in ("passed", "carried") for cause in CAUSES]
         by_segment = [
             Variable(f"{boom.name}.{quantity}", unit, (len(boom.bodies),), Causality.OUTPUT)
@@ -214,7 +214,6 @@ class SlickParticipant(Participant):
         held = pools.volume.reshape(-1, 2)[rows]
         losses = self._slick.losses
         yield "contained", np.array(held.sum())
-        yield "held_back", np.array(losses.held_back[rows].sum())
         yield "recontained", np.array(losses.recontained[rows].sum())
         for what, volumes in (("passed", losses.gone), ("carried", losses.carried)):
             by_cause = volumes[:, rows].sum(axis=1).tolist()

@@ -114,7 +114,6 @@ class BoomOil:
     returned                    lost oil that came into it again round a sea that repeats, summed over time
     returned_modelled           the part of it that closures had carried out
     recovered                   what skimmers at the boom have collected
-    held_back                   what particles would have carried past, and closures put back before the skirt, summed over time
     met                         the most oil that it has ever held, lost, or passed to skimmers
     """
 
@@ -128,7 +127,6 @@ class BoomOil:
     returned: float = 0.0
     returned_modelled: float = 0.0
     recovered: float = 0.0
-    held_back: float = 0.0
     met: float = 0.0
 
     @property

@@ -32,7 +32,7 @@ WHOLE = 1.5
 # [1] of a volume that is owed, from which on it is due; numerical; a debt that was handed on in part has rounding errors
 ROUNDED = 1.0 - 1e-9
 
-ACCOUNTS = ("owed", "gone", "carried", "recontained", "held_back")  # of `Losses`
+ACCOUNTS = ("owed", "gone", "carried", "recontained")  # of `Losses`
 
 
 class Losses:
@@ -40,7 +40,7 @@ class Losses:
 
     owed  (causes, P) [m3]; gone (causes, S) [m3] by the segment that lost it since the start, less what came back, by the segment of the
     same boom that took it; carried (causes, S) [m3], the part of it that particles of a window carried past by themselves; recontained (S,)
-    [m3], what came back; held_back (S,) [m3] that particles would have carried past, and that was put back before the skirt.
+    [m3], what came back.
     """
 
     def __init__(self, segments: int) -> None:
@@ -48,7 +48,6 @@ class Losses:
         self.gone: Array = np.zeros((len(LossCause), segments))
         self.carried: Array = np.zeros((len(LossCause), segments))
         self.recontained: Array = np.zeros(segments)
-        self.held_back: Array = np.zeros(segments)
 
     @property
     def passed(self) -> dict[str, float]:
@@ -147,7 +146,7 @@ class Losses:
         np.add.at(self.recontained, segment, volume)
 
     def save_state(self) -> dict[str, Any]:
-        """Return what is owed, what has gone and what was held back."""
+        """Return what is owed, what has gone and what came back."""
         return {name: getattr(self, name).copy() for name in ACCOUNTS}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:

@@ -26,7 +26,7 @@ from oilsim.slick.crossing import first_crossings, resting_sweep
 from oilsim.slick.merging import KEYS, MEANS
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
 from oilsim.slick.slick import Slick
-from oilsim.window.resolved_parcels import CoarseSkirts, follow_particles
+from oilsim.window.resolved_parcels import follow_particles
 from oilsim.window.surface_motion import SurfaceMotion
 from oilsim.window.window import Window
 
@@ -47,12 +47,12 @@ ROUNDING = 1e-12
 class OilExchange:
     """Exchanges oil between a window and a slick; one of each. `taken`, `given` [m3]: oil that became particles, and parcels, so far."""
 
-    def __init__(self, window: Window, skirts: CoarseSkirts | None = None, oils: Sequence[str] | None = None) -> None:
-        """Hold oil back at coarse `skirts` of the slick's segments; ValueError for a window that has no oil among its liquids.
+    def __init__(self, window: Window, oils: Sequence[str] | None = None) -> None:
+        """Exchange all oils of a window; ValueError for one that has no oil among its liquids.
 
         oils: the window's liquids that are oil, in the order of `Oil.number`; by default all but the first.
         """
-        self.window, self._config, self._skirts = window, window.fluid.config, skirts
+        self.window, self._config = window, window.fluid.config
         water = self._config.phases[0].name
         self._water = water
         self._oils = [one.name for one in self._config.phases[1:]] if oils is None else list(oils)
@@ -99,7 +99,7 @@ class OilExchange:
         rest = self._rest(index)
         places = self.window.motion.in_sea(rest, time)
         height = rest[:, 2] - self.window.motion.sea.description.level
-        self._free(parcels, follow_particles(slick, rows, places[:, :2], height, relative, self._skirts))
+        follow_particles(slick, rows, places[:, :2], height, relative)
 
     def _resolved(self, parcels: Parcels) -> Rows:
         """Return the rows (M,) of parcels that are particles of this window."""

@@ -4,14 +4,9 @@ A particle whose way in plan view crosses a boom from the side against which the
 back is not. Its cause is told by its height there: SPLASH_OVER above the boom's top, DRAINAGE below its foot, within half of its own edge,
 THROUGH between them, and where it passes the opening of a boom that has parted. Droplets that a current tears off are smaller than
 particles; closures go on to take them out of the pools.
-
-A skirt of few particles lets oil drain under its foot that a real one holds; that loss is the closures'. So where a skirt is too coarse for
-particles to decide, and stands, the parcel stays before it instead (*modelled*, as `booms.losses.closure_losses` does among particles).
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,35 +24,13 @@ Array = NDArray[np.float64]
 NEAREST = 2.0
 
 
-class CoarseSkirts(NamedTuple):
-    """The segments whose skirts are too few particles deep to hold oil as real ones do.
+def follow_particles(slick: Slick, rows: Rows, target: Array, height: Array, relative: Array) -> None:
+    """Move the resolved parcels of rows (M,) to `target` (M, 2) [m], and book what passes booms.
 
-    depth     (S,) [m] of the skirts as built; 0 of segments whose particles decide
-    standing  share [1] of its depth that a skirt has in the water at least, and
-    lean      [rad] up to which it stands
-    """
-
-    depth: Array
-    standing: float
-    lean: float
-
-    def hold(self, barriers: Barriers) -> NDArray[np.bool_]:
-        """Mark the segments (S,) that hold oil back now."""
-        stands = (barriers.draft > self.standing * self.depth) & (barriers.lean < self.lean)
-        return np.asarray((self.depth > 0.0) & stands)
-
-
-def follow_particles(
-    slick: Slick, rows: Rows, target: Array, height: Array, relative: Array, skirts: CoarseSkirts | None = None
-) -> Rows:
-    """Move the resolved parcels of rows (M,) to `target` (M, 2) [m], book what passes booms, and return the rows that are held back.
-
-    height (M,) [m] of the particles above the still water; relative (S, 2) [m/s]: velocity of the water relative to each segment. What is
-    held back, under the foot of one of `skirts`, stays where it was; its particle has gone on.
+    height (M,) [m] of the particles above the still water; relative (S, 2) [m/s]: velocity of the water relative to each segment.
     """
     parcels, barriers, losses = slick.parcels, slick.barriers, slick.losses
     met = first_crossings(parcels.position_of(rows), target, moving_sweep(barriers))
-    back = np.zeros(len(rows), np.bool_)
     hit = np.flatnonzero(met.segment >= 0)
     hit = hit[barriers.is_boom[met.segment[hit]]]
     if len(hit):
@@ -65,11 +38,6 @@ def follow_particles(
         pressed = met.side[hit] * np.einsum("mk,mk->m", relative[segment], barriers.normals()[segment]) < 0.0
         lost = pressed & (parcels.cause[crossing] == NONE)
         cause = _causes(np.cbrt(parcels.volume[crossing]), height[hit], barriers, segment)
-        if skirts is not None:
-            held = lost & (cause == LossCause.DRAINAGE) & skirts.hold(barriers)[segment]
-            np.add.at(losses.held_back, segment[held], parcels.volume[crossing[held]])
-            back[hit[held]] = True
-            lost &= ~held
         for account in (losses.gone, losses.carried):
             np.add.at(account, (cause[lost], segment[lost]), parcels.volume[crossing[lost]])
         parcels.mark_lost(crossing[lost], cause[lost], barriers.owner[segment[lost]], carried=True)
@@ -77,9 +45,8 @@ def follow_particles(
         parcels.mark_found(crossing[~pressed])
     free = met.segment < 0
     lose_through_openings(parcels, barriers, losses, rows[free], target[free])
-    parcels.put_position(rows[~back], target[~back])
-    _join_pools(slick, rows[~back])
-    return rows[back]
+    parcels.put_position(rows, target)
+    _join_pools(slick, rows)
 
 
 def _causes(edge: Array, height: Array, barriers: Barriers, segment: Rows) -> Rows:

@@ -14,9 +14,8 @@ from typing import ClassVar
 from oilsim.core.phases import Wetting
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
-from scenarios.schema.parsing.relations import Relation, above, at_most_one, directed
+from scenarios.schema.parsing.relations import Relation, at_most_one, directed
 from scenarios.text.problems import Problem
-from vessels.hull_size import HullSize
 
 FASTEST = 90.0  # [m/s] a component of a body at the start: at 100 a run is taken for blown up, and a body may fall
 
@@ -153,23 +152,6 @@ class SphereBody(BodySettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CapsuleBody(BodySettings):
-    """A cylinder of `radius` and `height` [m] along its own z, with half balls on both ends."""
-
-    TAG: ClassVar[tuple[str, str]] = ("shape", "capsule")
-    radius: float = quantity("m", above=0.0)
-    height: float = quantity("m", above=0.0)
-
-
-@dataclass(frozen=True, kw_only=True)
-class WigleyBody(BodySettings, HullSize):
-    """Wigley's parabolic hull, with its origin at midships in the design waterline and x forward; lengths in m."""
-
-    TAG: ClassVar[tuple[str, str]] = ("shape", "wigley")
-    RELATIONS: ClassVar[tuple[Relation, ...]] = (above("depth", "draft"),)
-
-
-@dataclass(frozen=True, kw_only=True)
 class RockBody(BodySettings):
     """A weathered boulder: an ellipsoid of extents `size` (3,) [m] with smooth random bumps.
 
@@ -183,4 +165,4 @@ class RockBody(BodySettings):
     seed: int = quantity("", default=1, at_least=0, whole=True)
 
 
-Body = MeshBody | BoxBody | CylinderBody | SphereBody | CapsuleBody | WigleyBody | RockBody
+Body = MeshBody | BoxBody | CylinderBody | SphereBody | RockBody

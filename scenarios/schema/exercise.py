@@ -226,7 +226,6 @@ class BoomSettings(Section):
     reel                the first end, a point, is the mouth of a reel, from which the boom runs out; without particles only
     losses              "closures": what particles are too coarse to lose is modelled, taken out of the boom and labelled (docs/losses.md);
                         "resolved": only what particles lose by themselves
-    seed                of the order in which the closures' losses fall due along the boom
     bulge               "left" or "right", seen from the first end to the second: the side to which a boom with slack is laid; by default
                         the side to which the current drives a boom between fixed points, else the right
     stream              [rad] direction to which the water runs past the ends at the start (current less way made); the boom then starts in
@@ -266,7 +265,6 @@ class BoomSettings(Section):
     reel: ReelSettings | None = None
     winch_speed: float = quantity("m/s", default=0.2, above=0.0)
     losses: Literal["closures", "resolved"] = "closures"
-    seed: int = quantity("", default=0, at_least=0, at_most=2**31 - 1, whole=True)
     bulge: Literal["left", "right"] | None = None
     stream: float | None = quantity("rad", default=None)
     deployment: Deployment | None = None

@@ -48,14 +48,12 @@ class RegularSeaWaves(SeaWaveSettings):
 
     height  [m] crest to trough
     period  [s]
-    phase   [rad] of the crest at the origin at the start
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "regular")
     USUAL: ClassVar[bool] = True
     height: float = quantity_of(RegularWaves, "height")
     period: float = quantity_of(RegularWaves, "period")
-    phase: float = quantity_of(RegularWaves, "phase")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import PRACTICE_SPEED, Containment, ContainmentOptions
 from booms.deployment import BoomLayout
-from booms.losses.closure_losses import INTERVAL, ClosureLosses
+from booms.losses.closure_losses import ClosureLosses
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim import Fluid
@@ -100,8 +100,7 @@ class BoomScore:
         self._tanks, self._slack, self._volume = scenario.tanks, spacing, spacing**3
         self._period = scenario.period
         self._ended = False  # once the boom has left the simulated sea
-        puts_back = closures is not None and closures.puts_back
-        self.containment = Containment(_options(name, scenario, INTERVAL if puts_back else 0.0))
+        self.containment = Containment(_options(name, scenario))
 
     @property
     def oil(self) -> BoomOil:
@@ -142,8 +141,7 @@ class BoomScore:
         if oil.slick is not None:  # particles of a window are parcels of the slick, and lie in a box of their own
             return replace(oil_of_boom(oil.slick, self.name), recovered=oil.recovered)
         flow = (float(current[0]), float(current[1]))
-        found = self.containment.update(time, out, oil.position, oil.ids, water_level=level, current=flow)
-        return replace(found, held_back=0.0 if self.closures is None else self.closures.held_back)
+        return self.containment.update(time, out, oil.position, oil.ids, water_level=level, current=flow)
 
     def _shape(self, out: BoomState, level: float, current: Array) -> dict[str, float]:
         """Return the figures that tell of the boom, not of the oil."""
@@ -160,8 +158,6 @@ class BoomScore:
         series: dict[str, float] = {}
         if self.closures is not None:
             series["closure_loss_rate"] = self.closures.rate
-        if self.closures is not None or self.oil.held_back > 0.0:
-            series["oil_held_back"] = self.oil.held_back
         if len(self._area):
             series["oil_in_area"] = self._volume_in_area(oil)
         if self.strength_share is not None:
@@ -230,8 +226,6 @@ class BoomScore:
             begun = self._losses.begun
             self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
             self._tell_once(f"modelled {cause}", begun and modelled > 0.0, f"first oil {words} (modelled), {through}")
-        back = "its skirt is too few particles deep to hold oil as a real one does: oil that slips under it is put back (modelled)"
-        self._tell_once("held back", oil.held_back > 0.0, back)
         if first is not None:
             self._tell_once("first loss", True, f"has lost more than {share:g} % of its oil, at {first / KNOT:.2f} kn")
         if gross is not None:
@@ -348,7 +342,6 @@ class BoomScore:
             "passed_m3": oil.passed,
             "recontained_m3": oil.recontained,
             "lost_modelled_share": oil.all_lost_modelled / oil.all_lost if oil.all_lost > 0.0 else None,
-            "held_back_m3": oil.held_back,
             "oil_in_area_m3": values.get("oil_in_area"),
             "tow_tension_n": {end: {"mean": t.mean, "peak": t.peak} for end, t in self._tensions.items()},
         }
@@ -368,8 +361,8 @@ def _sides_passed(tank: Tank, places: NDArray[np.float64], slack: float) -> Iter
                 yield side, f"has left the simulated sea through its open side {side}: its scoring ends here", True
 
 
-def _options(name: str, scenario: RunSpec, grace: float) -> ContainmentOptions:
-    """Return what tells a boom's oil, with a grace [s]; of several oils the viscosity is that of the most viscous."""
+def _options(name: str, scenario: RunSpec) -> ContainmentOptions:
+    """Return what tells a boom's oil; of several oils the viscosity is that of the most viscous."""
     settings, spacing = scenario.booms[name], scenario.fluid.particle_spacing
     oils = [phase for phase in scenario.phases.values() if phase.is_oil]
     return ContainmentOptions(
@@ -378,7 +371,6 @@ def _options(name: str, scenario: RunSpec, grace: float) -> ContainmentOptions:
         particle_volume=spacing**3,
         hysteresis=spacing,
         kinematic_viscosity=max((oil.viscosity / oil.rest_density for oil in oils), default=0.0),
-        grace=grace,
         period=scenario.period,
     )
 

@@ -43,6 +43,7 @@ class Remarks:
         of bodies' meshes; facts: what comes of settings, which is no warning.
         """
         self._fluid, self._tank, self._world = scenario.fluid, scenario.domain, world
+        self._has_walls = bool(scenario.tanks)
         self._left_out = left_out
         fluid = scenario.fluid
         self._misfits = misfits(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension)
@@ -132,7 +133,7 @@ class Remarks:
                 yield f"{name} made fast", Notice(text, level="info", source=name)
 
     def _bodies(self) -> Iterator[tuple[str, str]]:
-        if self._world is None:
+        if self._world is None or not self._has_walls:
             return
         names = self._world.free_body_names
         places = self._world.poses(names)[:, :3]

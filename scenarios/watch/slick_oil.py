@@ -35,7 +35,6 @@ def oil_of_boom(slick: SlickParticipant, boom: str) -> BoomOil:
         lost=lost,
         lost_modelled={cause: volume - float(slick.get(f"{boom}.carried.{cause}")) for cause, volume in lost.items()},
         recontained=float(slick.get(f"{boom}.recontained")),
-        held_back=float(slick.get(f"{boom}.held_back")),
     )
 
 

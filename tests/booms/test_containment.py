@@ -10,7 +10,7 @@ from booms.boom import Boom
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import Containment, ContainmentOptions, fates_of
 from booms.deployment import lay_u
-from oilsim.oil.fates import Fate, LossCause
+from oilsim.oil.fates import LossCause
 
 WATER = 0.5
 BOOM = Boom(
@@ -184,18 +184,6 @@ def test_series_carry_the_account_by_name():
     assert series["oil_lost/drainage"] == 0.0
 
 
-def test_what_particles_lose_is_held_for_the_grace_in_which_closures_may_put_it_back():
-    out = [(APEX + step, 0.0, WATER - 0.25) for step in (0.2, -0.2, -0.3, -0.4)]
-    tracker = make_tracker(grace=1.5)
-    held = follow(tracker, out[:3])  # lost at 1 s, now 2 s
-    assert (held.contained, held.all_lost) == (pytest.approx(VOLUME), 0.0)
-    assert fates_of([tracker], np.arange(1)).fate.tolist() == [Fate.CONTAINED]
-    tracker = make_tracker(grace=1.5)
-    lost = follow(tracker, out)
-    assert (lost.contained, lost.all_lost) == (0.0, pytest.approx(VOLUME))
-    assert fates_of([tracker], np.arange(1)).fate.tolist() == [Fate.LOST + LossCause.DRAINAGE]
-
-
 def test_oil_that_a_closure_carries_out_is_lost_modelled_until_it_is_recontained():
     tracker = make_tracker()
     follow(tracker, [(APEX + 0.2, 0.0, WATER)])
@@ -213,21 +201,6 @@ def test_oil_that_a_closure_carries_out_is_lost_modelled_until_it_is_recontained
     )
     assert again.all_lost == pytest.approx(VOLUME)
     assert not any(again.lost_modelled.values())  # this time the particles carried it out themselves
-
-
-def test_oil_that_is_put_back_was_never_lost():
-    tracker = make_tracker()
-    follow(tracker, [(APEX + 0.2, 0.0, WATER)])
-    lost = follow(tracker, [(APEX - 0.03, 0.0, WATER - 0.25), (APEX - 0.2, 0.0, WATER - 0.25)])
-    assert lost.all_lost == pytest.approx(VOLUME)
-    tracker.keep(0)
-    report = follow(tracker, [(APEX + 0.2, 0.0, WATER)])
-    assert (report.contained, report.all_lost, report.recontained, report.passed) == (
-        pytest.approx(VOLUME),
-        0.0,
-        0.0,
-        0.0,
-    )
 
 
 SEA = (4.0, 3.0)

@@ -51,6 +51,18 @@ CREWS = {
         boom="pocket",
         missed="fed",
     ),
+    "fast-sweep": Crews(
+        good=(),
+        bad=("tow.speed_kn=3.0",),
+        boom="main",
+        missed="held",
+    ),
+    "deploy-from-reel": Crews(
+        good=("injects.pays={at=12.0, orders=['booms.main.reel.paid_out=58.0'], text='The reel lets out'}",),
+        bad=("injects.pays={at=12.0, orders=['booms.main.reel.paid_out=30.0'], text='The reel lets out, and stops'}",),
+        boom="main",
+        missed="deployed",
+    ),
     "launch-from-slip": Crews(
         good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-54.0'], text='The crew ashore pays out'}",),
         bad=("injects.pays={at=12.0, orders=['ties.brake.hauled=-20.0'], text='The crew ashore pays out, and stops'}",),

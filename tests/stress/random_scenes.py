@@ -212,7 +212,6 @@ def _shape(dice: Dice, radius: float) -> Table:
         "box": {"size": vector(2.0 * radius * edges / np.linalg.norm(edges))},
         "sphere": {"radius": radius},
         "cylinder": {"radius": 0.6 * radius, "height": 1.5 * radius},
-        "capsule": {"radius": 0.4 * radius, "height": 1.1 * radius},
         "rock": {"size": vector(1.6 * radius * edges / np.linalg.norm(edges))},
     }
     shape = dice.choice(*shapes)

@@ -36,7 +36,6 @@ def closure_losses(scenario: RunSpec, boom: str, layout: BoomLayout) -> ClosureL
             freeboard=settings.freeboard,
             float_width=float(breadth[1] - breadth[0]),
             spacing=spacing,
-            seed=settings.seed,
             period=scenario.period,
         )
     )

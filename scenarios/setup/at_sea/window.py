@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from booms.deployment import BoomLayout
-from booms.losses.closure_losses import STANDING
-from booms.losses.resolution import Resolution
-from booms.scores import PLANING_ANGLE
 from coupling.bullet.assembly import FLUID, CoupledBodies, couple_participant
 from coupling.bullet.rigid_body_participant import Requested
 from coupling.bullet.rigid_body_world import RigidBodyWorld
@@ -24,12 +21,11 @@ from oilsim import Phase
 from oilsim.sea import Sea
 from oilsim.window.joint_exchange import JointExchange
 from oilsim.window.oil_exchange import OilExchange
-from oilsim.window.resolved_parcels import CoarseSkirts
 from oilsim.window.rim import share_kept
 from oilsim.window.settings import WindowSettings
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
-from scenarios.schema.exercise import BoomSettings, body_of, segment_names
+from scenarios.schema.exercise import body_of, segment_names
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.window import WindowTable, window_place
 from scenarios.setup.afloat.fleet import Fleet
@@ -101,23 +97,11 @@ def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
 def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, scenario: RunSpec) -> None:
     """Let a slick's oil become particles of the windows and back, and let the windows' water carry what stays parcels."""
     oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
-    exchanges = [
-        OilExchange(one, _coarse_skirts(one.settings.spacing, slick, scenario.booms), oils) for one in windows.values()
-    ]
+    exchanges = [OilExchange(one, oils) for one in windows.values()]
     flow = slick.flow
     for one in exchanges:
         flow = WindowFlow(flow, one.surface)
     slick.meet(exchanges[0] if len(exchanges) == 1 else JointExchange(exchanges), flow)
-
-
-def _coarse_skirts(spacing: float, slick: SlickParticipant, booms: Mapping[str, BoomSettings]) -> CoarseSkirts:
-    """Return the skirts under which closures decide what particles of a spacing [m] lose: those of booms that have closures."""
-    depth = np.zeros(len(slick.slick.barriers))
-    for name, boom in booms.items():
-        skirt = boom.skirt_depth
-        if boom.losses == "closures" and not Resolution(spacing=spacing, skirt_depth=skirt).drainage:
-            depth[slick.slick.barriers.rows(name)] = skirt
-    return CoarseSkirts(depth, STANDING, PLANING_ANGLE)
 
 
 def middle_of(segments: Sequence[str]) -> list[str]:

@@ -13,14 +13,11 @@ from coupling.solids.solid_mesh import SolidMesh
 from scenarios.schema.bodies import (
     Body,
     BoxBody,
-    CapsuleBody,
     CylinderBody,
     MeshBody,
     RockBody,
     SphereBody,
-    WigleyBody,
 )
-from vessels.hull import wigley_hull
 
 ROCK_BUMPS = 24
 
@@ -56,7 +53,5 @@ _MESHES: dict[type, Callable[[Any], trimesh.Trimesh]] = {
     BoxBody: lambda body: bodies.box(body.size),
     CylinderBody: lambda body: bodies.cylinder(body.radius, body.height),
     SphereBody: lambda body: bodies.sphere(body.radius),
-    CapsuleBody: lambda body: bodies.capsule(body.radius, body.height),
-    WigleyBody: lambda body: wigley_hull(body.length, body.beam, body.draft, body.depth),
     RockBody: lambda body: rock(body.size, body.roughness, body.seed),
 }

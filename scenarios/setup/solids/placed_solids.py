@@ -20,7 +20,7 @@ from coupling.solids.thin_parts import HELD
 from oilsim import BoundaryParticles
 from oilsim.core.phases import RIGHT_ANGLE
 from recordings.model.frame import Color
-from scenarios.schema.bodies import Body, Fixed, MeshBody, SineMotion, WigleyBody
+from scenarios.schema.bodies import Body, Fixed, MeshBody, SineMotion
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.setup.solids.body_shapes import body_solid
 from scenarios.spec.resolve import RunSpec
@@ -118,7 +118,7 @@ def _solid(name: str, body: Body, shape: SolidMesh) -> Solid:
         motion=_motion(body, vector(position), (x, y, z, w)),
         linear_velocity=body.velocity,
         contact=body.contact,
-        is_hull=isinstance(body, WigleyBody) or (isinstance(body, MeshBody) and body.hull),
+        is_hull=isinstance(body, MeshBody) and body.hull,
         no_slip=body.no_slip,
         contact_angle=body.contact_angle,
         color=body.color,

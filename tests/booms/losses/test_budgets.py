@@ -62,18 +62,6 @@ def test_a_burst_of_resolved_loss_counts_for_its_window_only():
     assert (paid(soon, 1), paid(late, 1)) == (0, 2)
 
 
-def test_an_excess_is_taken_back_particle_by_particle():
-    budgets = owing()
-    start = budgets.owed.copy()
-    budgets.add(losses(LossCause.ENTRAINMENT, VOLUME), losses(LossCause.DRAINAGE, 4.0 * VOLUME), 0.1)
-    count = 0
-    while budgets.is_overdrawn(0, UNDER):
-        budgets.take_back(0, UNDER)
-        count += 1
-    assert count == 3
-    assert budgets.owed == pytest.approx(start)
-
-
 def test_the_cause_with_the_largest_claim_is_lost_first():
     budgets = owing()
     budgets.add(

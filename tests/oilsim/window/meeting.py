@@ -18,7 +18,6 @@ from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.surface_flow import UniformFlow
 from oilsim.window.oil_exchange import OilExchange
-from oilsim.window.resolved_parcels import CoarseSkirts
 from oilsim.window.settings import WindowSettings
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
@@ -36,7 +35,6 @@ class Meeting:
     def __init__(
         self,
         booms: tuple[Boom, ...] = (),
-        skirts: CoarseSkirts | None = None,
         density: float = OIL.density,
         **sea: Any,
     ) -> None:
@@ -48,7 +46,7 @@ class Meeting:
         flow = self.window.motion.sea.description.surface_current
         self.flow = UniformFlow((0.0, 0.0) if flow is None else (CURRENT, 0.0))
         self.participant = SlickParticipant("slick", self.slick, CarryingSea(self.flow))
-        self.exchange = OilExchange(self.window, skirts)
+        self.exchange = OilExchange(self.window)
         self.participant.meet(self.exchange, WindowFlow(self.flow, self.exchange.surface))
         self.time = 0.0
 

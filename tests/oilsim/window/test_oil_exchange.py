@@ -10,10 +10,10 @@ import pytest
 
 from oilsim.oil.fates import LossCause
 from oilsim.sea import CurrentProfile, RegularWaves, SteadyFlow
-from oilsim.slick.barriers import Boom, Immersion
+from oilsim.slick.barriers import Boom
 from oilsim.slick.parcels import ParcelState
 from oilsim.window.oil_exchange import BESIDE, OilExchange
-from oilsim.window.resolved_parcels import CoarseSkirts, follow_particles
+from oilsim.window.resolved_parcels import follow_particles
 from oilsim.window.window import Window
 from tests.oilsim.window.meeting import CRUDE, CURRENT, OIL, PARTICLE, SPACING, WATER, Meeting
 
@@ -68,33 +68,6 @@ def test_oil_becomes_particles_where_it_is_as_thick_as_a_particle_is_wide(
 
 NODES = [[-2.0, -1.4], [0.0, -1.4], [0.0, 0.0], [0.0, 1.4], [-2.0, 1.4]]
 STREAM = CurrentProfile(flow=SteadyFlow(speed=CURRENT))
-
-
-@pytest.mark.parametrize(("draft", "lean", "holds"), [(0.1, 0.3, True), (0.1, 1.0, False), (0.04, 0.3, False)])
-def test_a_coarse_skirt_holds_back_what_drains_under_it_while_it_stands(
-    meet: Callable[..., Meeting], draft: float, lean: float, holds: bool
-) -> None:
-    """The particles know no skirt here and pass under its foot; one of 0.1 m that stands keeps their parcels, another loses them."""
-    skirts = CoarseSkirts(np.full(4, 0.1), 0.5, 0.8)
-    case = meet((Boom(name="pocket", nodes=NODES, draft=draft),), skirts, current=STREAM)
-    case.slick.move("pocket", NODES, Immersion(draft=draft, lean=lean))
-    case.slick.release(OIL, 1.2, count=400, center=(-1.9, 0.0), radius=1.0, age=5.0)
-    for _ in range(25):
-        case.step()
-        case.require_exact()
-    losses, oil = case.slick.losses, case.slick.oil
-    drained = losses.gone[LossCause.DRAINAGE].sum()
-    np.testing.assert_array_equal(losses.carried, losses.gone)  # no closure acts here
-    if holds:
-        assert drained == 0.0
-        assert losses.held_back.sum() > 0.05
-        assert oil.all_lost == 0.0
-        assert case.slick.parcels.position[:, 0].max() < 0.3, (
-            "all of it lies before the line, or is a particle on its way back"
-        )
-    else:
-        assert losses.held_back.sum() == 0.0
-        assert drained > 0.05
 
 
 def test_a_boom_thickens_oil_into_particles_that_pass_it(meet: Callable[..., Meeting]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -102,7 +101,11 @@ place = [-35.0, 12.0]
 )
 IRREGULAR = ALONE.replace('"regular"\nheight = 0.2\nperiod', '"jonswap"\nsignificant_height = 0.2\npeak_period')
 SLIP = library_paths()["launch-from-slip"].read_text(encoding="utf-8")
-REEL = (Path(__file__).parents[1] / "setup" / "off_the_reel.toml").read_text(encoding="utf-8")
+REEL = (
+    library_paths()["deploy-from-reel"]
+    .read_text(encoding="utf-8")
+    .replace("\nwinch_speed = 0.4\n", "\npaid_out = 40.0\n")
+)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from booms.boom import BoomDesign
 from oilsim import BoundaryParticles, FluidConfig, Phase, PipeEmitter
 from oilsim.core.quantity import LARGEST, Quantity, quantities
 from oilsim.sea import KaimalGusts, RegularWaves, SteadyFlow, Zone
-from scenarios.schema.bodies import WigleyBody
 from scenarios.schema.exercise import BoomSettings, LegSettings, VesselSettings
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, PipeEmitterSettings, Tank, ZoneSettings
 from scenarios.schema.parsing.quantity_fields import Section
@@ -81,7 +80,7 @@ PAIRS = {
     "current": Pair(SteadySeaCurrent, {"speed": 5.0}, SteadyFlow, {"speed": 5.0}, _same("speed", "direction"), _built(SteadyFlow)),
     "waves": Pair(
         RegularSeaWaves, {"height": 0.1, "period": 1.0}, RegularWaves, {"height": 0.1, "period": 1.0},
-        _same("height", "period", "direction", "phase"), _built(RegularWaves),
+        _same("height", "period", "direction"), _built(RegularWaves),
     ),
     "zone": Pair(
         ZoneSettings, {}, Zone, {"lower": (0, 0, 0), "upper": (1, 1, 1)}, _same("relaxation_time"), _built(Zone),
@@ -106,9 +105,6 @@ PAIRS = {
     "hull": Pair(
         VesselSettings, {**HULL, "position": (0, 0), "bollard_pull": 1.0, "yaw_moment": 1.0}, HullSize, HULL,
         _same("length", "beam"), _built(HullSize),
-    ),
-    "wigley hull": Pair(
-        WigleyBody, {**HULL, "position": (0, 0, 0), "density": 300.0}, HullSize, HULL, _same("length", "beam"), _built(HullSize),
     ),
     "propulsion": Pair(
         VesselSettings, {**HULL, "position": (0, 0), "bollard_pull": 1.0, "yaw_moment": 1.0}, Propulsion,

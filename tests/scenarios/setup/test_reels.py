@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from coupling.testkit import assert_restarts_exactly
@@ -11,8 +9,8 @@ from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.setup.afloat.boom_lines import laid_out, paid_out
 from scenarios.spec.load import load_scenario
 
-FILE = Path(__file__).with_name("off_the_reel.toml")
-SCENE = load_scenario(FILE, overrides=["run.communication_step=0.1"]).scenario
+CHANGES = ["run.communication_step=0.1", "booms.main.reel.paid_out=40.0"]
+SCENE = load_scenario("deploy-from-reel", overrides=CHANGES).scenario
 
 
 def test_a_reel_pays_out_as_ordered_and_a_run_goes_on_the_same_after_a_restart() -> None:
@@ -29,9 +27,9 @@ def test_a_reel_pays_out_as_ordered_and_a_run_goes_on_the_same_after_a_restart()
 
 def test_what_is_wound_on_the_reel_is_neither_scored_nor_in_the_way_of_oil() -> None:
     """In 1 kn across, a speed of 0.51 m/s would be that of the ten segments behind the mouth; those outside give way."""
-    changes = ["run.communication_step=0.1", "sea.current.speed_kn=1.0", "phases.crude={oil='brent'}"]
+    changes = [*CHANGES, "sea.current.speed_kn=1.0", "phases.crude={oil='brent'}"]
     changes += ["fill.spill={shape='cylinder', phase='crude', base=[-30.0, -3.0, -0.05], radius=2.0, height=0.05}"]
-    run = ScenarioRun(load_scenario(FILE, overrides=changes).scenario)
+    run = ScenarioRun(load_scenario("deploy-from-reel", overrides=changes).scenario)
     run.run(5.0)
     (score,), slick = run.assembly.scoring.booms, run.assembly.slick
     assert slick is not None

@@ -6,7 +6,6 @@ And what its signals read.
 from __future__ import annotations
 
 import copy
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -105,11 +104,6 @@ class Watched:
         self.score.advance(time, self.assembly.world, particles, 0.6, np.array([-speed, 0.0, 0.0]))
         self.told += [(round(time, 6), notice.text) for notice in self.score.take_notices()]
 
-    def put_nothing_back(self) -> None:
-        """Take the closures away."""
-        self.score.closures = None
-        self.score.containment.options = replace(self.score.containment.options, grace=0.0)
-
     def times(self, text: str) -> list[float]:
         """Return the times [s] at which this was told."""
         return [time for time, told in self.told if text in told]
@@ -118,36 +112,14 @@ class Watched:
 HELD, UNDER = [1.5, 1.0, 0.5], [0.3, 1.0, 0.3]
 
 
-def test_a_first_resolved_loss_is_told_once_closures_have_left_it() -> None:
-    """A particle that is put back 0.1 s later has never been lost; the next one stays lost, and another account goes on the same way."""
-    watched, other = Watched(), Watched()
-    watched.at(0.0, [HELD, HELD, HELD])
-    watched.at(0.04, [UNDER, HELD, HELD])
-    report = watched.score.oil
-    assert not watched.score.containment.standing().retained.all()
-    assert (report.all_lost, report.passed, report.contained) == (
-        0.0,
-        0.0,
-        pytest.approx(3.0 * 0.1**3),
-    )  # until they have looked
-    watched.score.containment.keep(0)  # as the closures do at their look
-    for time in (0.08, 0.12, 0.16, 0.2):
-        watched.at(time, [HELD, HELD, HELD])
-    watched.at(0.24, [HELD, UNDER, HELD])
-    watched.at(0.28, [HELD, UNDER, HELD])
-    other.score.restore_state(watched.score.save_state())
-    for account in (watched, other):
-        for time in (0.32, 0.36, 0.4):
-            account.at(time, [HELD, UNDER, HELD])
-        assert account.times("(resolved)") == [0.36]
-
-
-def test_a_first_resolved_loss_is_told_at_once_where_nothing_is_put_back() -> None:
+def test_a_first_resolved_loss_is_told_at_once_and_counted_until_it_comes_back() -> None:
     watched = Watched()
-    watched.put_nothing_back()
     watched.at(0.0, [HELD, HELD])
     watched.at(0.04, [UNDER, HELD])
     assert watched.times("(resolved)") == [0.04]
+    assert watched.score.oil.all_lost == pytest.approx(0.1**3)
+    watched.at(0.08, [HELD, HELD])
+    assert (watched.score.oil.all_lost, watched.score.oil.recontained) == (0.0, pytest.approx(0.1**3))
 
 
 WINDOW = 0.22 / PRACTICE_SPEED  # [s] in which water at that speed passes the skirt
@@ -203,7 +175,6 @@ def told_by_hand() -> tuple[dict[int, dict[str, float]], dict[int, set[str]]]:
         for name, above in (("leaks", 0.3), ("never", 0.35))
     }
     watched = Watched(tank=pool()["tank"] | {"open": ["+z"], "periodic": ["x", "y"]}, injects=injects)
-    watched.put_nothing_back()
     scenario, parts = watched.assembly.scenario, watched.assembly.parts
     asked, signals, due = Injects(scenario, parts), {}, {}
     oil = [FREE] * 4 + [HELD] * 36

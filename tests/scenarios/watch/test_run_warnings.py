@@ -9,7 +9,7 @@ import pytest
 
 from scenarios.running.assembly import Assembly, build
 from scenarios.setup.solids.thin_bodies import swollen_bodies
-from scenarios.spec.load import scenario_from
+from scenarios.spec.load import load_scenario, scenario_from
 from scenarios.spec.resolve import resolve
 from scenarios.watch.run_warnings import Remarks
 
@@ -49,6 +49,12 @@ def test_solves_that_miss_their_tolerance_and_bodies_that_leave_are_told_once() 
     assert "products per step with a mean compression of" in found["fluid divergence"]
     assert "above 1e-12; a shorter fluid.maximum_time_step helps" in found["fluid divergence"]
     assert found["body ball"] == "has left the tank through its open side +x"
+
+
+def test_no_body_leaves_a_sea_without_walls() -> None:
+    """Its boom hangs far behind the boats that hold it, and nothing that is placed tells how far the sea reaches."""
+    told = said(build(load_scenario("sweep-200m").scenario), 1)
+    assert not [text for _, text in told if "has left the tank" in text]
 
 
 def test_a_viscous_solve_that_stops_early_is_told() -> None:

@@ -34,23 +34,18 @@ def begun(name: str) -> Iterator[tuple[Assembly, CoSimulation, SlickParticipant]
         simulation.terminate()
 
 
-def test_what_particles_carry_past_is_resolved_and_what_is_put_back_is_told() -> None:
+def test_what_particles_carry_past_is_resolved() -> None:
     with begun("sweep-200m") as (assembly, simulation, slick):
         simulation.step()
         losses, first = slick.slick.losses, slick.slick.barriers.rows("main").start
-        assert "metrics/oil_held_back" not in assembly.scoring.series()
         losses.gone[LossCause.DRAINAGE, first], losses.carried[LossCause.DRAINAGE, first] = 3.0, 1.0
         losses.gone[LossCause.ENTRAINMENT, first + 1] = 0.5
-        losses.held_back[first] = 0.25
         slick.restore_state(slick.save_state())
         simulation.step()
         (boom,) = assembly.scoring.booms
         none = dict.fromkeys(CAUSES, 0.0)
         assert boom.oil.lost == pytest.approx(none | {"drainage": 3.0, "entrainment": 0.5})
         assert boom.oil.lost_modelled == pytest.approx(none | {"drainage": 2.0, "entrainment": 0.5})
-        assert boom.summary()["held_back_m3"] == pytest.approx(0.25)
-        assert assembly.scoring.series()["metrics/oil_held_back"] == pytest.approx(0.25)
-        assert any("put back (modelled)" in notice.text for notice in assembly.scoring.take_notices())
 
 
 def test_in_a_tide_the_stream_of_the_moment_runs_against_the_boom() -> None:

@@ -20,6 +20,7 @@ from tests.validation.scenes import GRAVITY, WATER_DENSITY
 Double = NDArray[np.float64]
 
 OIL_VISCOSITY, WATER_VISCOSITY = 0.01, 1.05e-3  # Pa s
+SHAKE = 1e-6  # spacings
 RENEWAL = 0.3  # s: the time in which the zone renews the current
 
 
@@ -75,11 +76,12 @@ def fill_flume(
     lean: float = 0.0,
     tension: float = 0.0,
     balanced: bool = False,
+    seed: int = 0,
 ) -> tuple[Fluid, SeaForcing]:
     """Fill the flume, in motion at `speed` [m/s], and return it with the sea that drives it.
 
     lean: of the skirt, back [rad]; tension: between oil and water [N/m], 0 for none; balanced: whether the water is well balanced, as in
-    windows.
+    windows; seed: by which particles are moved at the start, by `SHAKE`; 0 for none.
     """
     draft, depth, length = shape.draft, shape.level, shape.period(spacing)
     phases = (
@@ -97,6 +99,8 @@ def fill_flume(
     )
     points = block((0, 0, 0), (length, 0, depth), spacing, 2)
     points = points[_beside_skirt(fluid, shape, points, lean)]
+    if seed:
+        points[:, ::2] += SHAKE * spacing * np.random.default_rng(seed).uniform(-1.0, 1.0, points[:, ::2].shape)
     x = points[:, 0] - shape.skirt_place
     oil = (x < 0.0) & (x > -shape.slick / shape.film * draft) & (points[:, 2] > depth - shape.film * draft)
     for phase, chosen in (("water", ~oil), ("oil", oil)):

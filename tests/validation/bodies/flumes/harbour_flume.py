@@ -1,8 +1,9 @@
 """Case 45: a flume at full scale, in which particles alone tell at which speed, and how fast, a harbour skirt loses oil.
 
-    python -m tests.validation.bodies.flumes.harbour_flume --oil 840 --resolution 33 [--tension] [--balanced] [--minutes 60] [--keep]
+    python -m tests.validation.bodies.flumes.harbour_flume --oil 840 --resolution 33 [--tension] [--balanced] [--draft 0.4] [--seed 1]
 
-runs one oil and spacing, with interfacial tension or without, in well-balanced water or not. The current grows in steps, each held until
+runs one oil and spacing, with interfacial tension or without, in well-balanced water or not, for a skirt of any draft. Runs of two seeds
+differ by rounding at their start, which tells the scatter. The current grows in steps, each held until
 the flow has passed twice. Oil that passes under the skirt comes up behind it, drifts round with the water and meets the slick again, so the
 pool stays, and the loss at each speed is steady. It is counted in the second passage of the water. The state is saved every five minutes
 and at the end of a piece (`--minutes`): the same command goes on from there, bit for bit. Rows go into a table beside the state; `--keep`
@@ -14,7 +15,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +46,7 @@ FOOT = 0.3  # d below the foot, where the fastest water is looked for
 BIN = 0.1  # d: of the slick's profile
 FOLDER = Path("validation-report/harbour-flume")
 SAVE_EVERY = 300.0  # s of wall time
-KEY = ("oil", "resolution", "tension", "balanced", "begun", "speed")  # of a row
+KEY = ("oil", "resolution", "tension", "balanced", "draft", "seed", "begun", "speed")  # of a row
 MEASURED = Path(__file__).with_name("harbour_flume.csv")
 
 
@@ -53,16 +54,18 @@ MEASURED = Path(__file__).with_name("harbour_flume.csv")
 class Row:
     """The means at one speed.
 
-    oil [kg/m3]; resolution: spacings of draft; tension [N/m], 0 for none; balanced: 1 in well-balanced water, else 0; begun [m/s]: the
-    speed at which the run began; speed [m/s] set, flow [m/s] found ahead; pool [m2] before the skirt; passed [m2/s] under it; thickness [m]
-    at the skirt; length [m] of the slick; front [m] and friction C_f of the best h^2 = h_f^2 + K x (NaN for a slick that is too short);
-    suction k: the fastest water under the foot, over the flow.
+    oil [kg/m3]; resolution: spacings of draft; tension [N/m], 0 for none; balanced: 1 in well-balanced water, else 0; draft [m] of the
+    skirt; seed of the first places; begun [m/s]: the speed at which the run began; speed [m/s] set, flow [m/s] found ahead; pool [m2]
+    before the skirt; passed [m2/s] under it; thickness [m] at the skirt; length [m] of the slick; front [m] and friction C_f of the best
+    h^2 = h_f^2 + K x (NaN for a slick that is too short); suction k: the fastest water under the foot, over the flow.
     """
 
     oil: float
     resolution: int
     tension: float
     balanced: int
+    draft: float
+    seed: int
     begun: float
     speed: float
     flow: float
@@ -93,24 +96,41 @@ class Hold:
     profiles: list[Double] = field(default_factory=list)
 
 
-class Series:
-    """One oil, spacing and tension, from speed to speed; `held` (N,) tells by id which oil lies before the skirt."""
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """What a run is of: the first columns of its rows."""
 
-    def __init__(
-        self, bench: Bench, oil_density: float, resolution: int, tension: float, folder: Path, balanced: bool = False
-    ) -> None:
-        self.bench, self.oil, self.resolution, self.tension, self.balanced = (
-            bench, oil_density, resolution, tension, balanced,
-        )  # fmt: skip
-        self.spacing = FLUME.draft / resolution
+    oil: float
+    resolution: int
+    tension: float = 0.0
+    balanced: int = 0
+    draft: float = FLUME.draft
+    seed: int = 0
+
+    @property
+    def name(self) -> str:
+        """The name of its state's file."""
+        draft = "" if self.draft == FLUME.draft else f"-{self.draft:g}m"
+        seed = f"-seed{self.seed}" if self.seed else ""
+        return f"{self.oil:g}-{self.resolution}-{self.tension:g}{'-balanced' if self.balanced else ''}{draft}{seed}"
+
+
+class Series:
+    """One run, from speed to speed; `held` (N,) tells by id which oil lies before the skirt."""
+
+    def __init__(self, bench: Bench, setting: Setting, folder: Path) -> None:
+        self.bench, self.setting = bench, setting
+        self.shape = replace(FLUME, draft=setting.draft)
+        self.spacing = setting.draft / setting.resolution
         self.fluid, self.driving = fill_flume(
-            bench, FLUME, self.spacing, oil_density, SPEEDS[0], tension=tension, balanced=balanced
-        )
+            bench, self.shape, self.spacing, setting.oil, SPEEDS[0],
+            tension=setting.tension, balanced=bool(setting.balanced), seed=setting.seed,
+        )  # fmt: skip
         self.held = np.zeros(self.fluid.particle_count, np.bool_)
         self.held[self.fluid.phase_ids("oil")] = True
         self.rows: list[Row] = []
         self._hold: Hold | None = None
-        self._state = folder / f"{oil_density:g}-{resolution}-{tension:g}{'-balanced' if balanced else ''}.pickle"
+        self._state = folder / f"{setting.name}.pickle"
         if state := saved(self._state):
             self.held, self.rows = state["held"], rows_of(state, Row, self._state)
             self.fluid.restore_state(state["fluid"])
@@ -140,14 +160,19 @@ class Series:
     def draw(self, path: Path) -> None:
         """Draw oil and flow as they are now into a picture at `path`."""
         speed = self._hold.speed if self._hold else self.rows[-1].speed if self.rows else SPEEDS[0]
-        tension = f"{self.tension:g} N/m" if self.tension else "no tension"
+        setting = self.setting
+        tension = f"{setting.tension:g} N/m" if setting.tension else "no tension"
         draw(
             path,
             self.fluid,
-            FLUME,
+            self.shape,
             speed,
-            f"Oil of {self.oil:g} kg/m³, {speed:g} m/s, {self.resolution} spacings of draft, {tension}",
+            f"Oil of {setting.oil:g} kg/m³, {speed:g} m/s, {setting.resolution} spacings of draft, {tension}",
         )
+
+    def passage(self, speed: float) -> float:
+        """Time [s] in which a flow at `speed` [m/s] passes the flume."""
+        return passage(speed, self.setting.draft)
 
     def _next(self, speeds: Sequence[float]) -> float | None:
         """The speed [m/s] that is held, or the next one; None after the last."""
@@ -156,13 +181,15 @@ class Series:
 
     def _is_held(self) -> bool:
         """Whether the flow has passed often enough at this speed."""
-        return self._hold is not None and self.fluid.time - self._hold.begin >= PASSAGES * passage(self._hold.speed)
+        return self._hold is not None and self.fluid.time - self._hold.begin >= PASSAGES * self.passage(
+            self._hold.speed
+        )
 
     def _left(self, speeds: Sequence[float]) -> float:
         """Time of flow [s] until all speeds are done."""
         speed = self._next(speeds) or math.inf
         gone = self.fluid.time - self._hold.begin if self._hold else 0.0
-        return sum(PASSAGES * passage(other) for other in speeds if other >= speed) - gone
+        return sum(PASSAGES * self.passage(other) for other in speeds if other >= speed) - gone
 
     def _save(self) -> None:
         """Write the state, and the rows so far."""
@@ -179,7 +206,7 @@ class Series:
         self.driving.sea = shallow_sea(self.driving.sea.description.depth, current=(hold.speed, 0.0))
         self.bench.advance(self.fluid, SAMPLE)
         gone = self._note_losses()
-        if self.fluid.time - hold.begin > (PASSAGES - 1.0) * passage(hold.speed):
+        if self.fluid.time - hold.begin > (PASSAGES - 1.0) * self.passage(hold.speed):
             hold.lost += gone
             hold.looks.append(self._sample())
             hold.profiles.append(self._profile())
@@ -187,31 +214,31 @@ class Series:
     def _note_losses(self) -> int:
         """Bring `held` up to date; returns how many particles have passed under the skirt."""
         ids = self.fluid.phase_ids("oil").astype(np.int64)
-        x = self.fluid.phase_positions("oil")[:, 0] - FLUME.skirt_place
-        behind = (x > 0.5 * FLUME.draft) & self.held[ids]
+        x = self.fluid.phase_positions("oil")[:, 0] - self.shape.skirt_place
+        behind = (x > 0.5 * self.shape.draft) & self.held[ids]
         self.held[ids[behind]] = False
-        self.held[ids[x < -0.1 * FLUME.draft]] = True
+        self.held[ids[x < -0.1 * self.shape.draft]] = True
         return int(behind.sum())
 
     def _sample(self) -> tuple[float, float, float]:
         """The flow [m/s] 2 to 3.5 drafts ahead of the skirt under the slick, the pool [m2], and the fastest water [m/s] under the foot."""
         position = self.fluid.phase_positions("water").astype(np.float64)
         speed = self.fluid.phase_velocities("water")[:, 0].astype(np.float64)
-        draft, foot = FLUME.draft, FLUME.level - FLUME.draft
-        x, z = position[:, 0] - FLUME.skirt_place, position[:, 2]
+        draft, foot = self.shape.draft, self.shape.level - self.shape.draft
+        x, z = position[:, 0] - self.shape.skirt_place, position[:, 2]
         ahead = (x > -3.5 * draft) & (x < -2.0 * draft) & (z > draft) & (z < foot)
         beside, below = max(0.15 * draft, self.spacing), max(FOOT * draft, 2.0 * self.spacing)
         under = (np.abs(x) < beside) & (z < foot) & (z > foot - below)
         layer = ((foot - z[under]) / (2.0 * self.spacing)).astype(np.int64)
         means = np.bincount(layer, weights=speed[under]) / np.maximum(np.bincount(layer), 1)
-        oil = self.fluid.phase_positions("oil")[:, 0] - FLUME.skirt_place
-        pool = ((oil < 0.0) & (oil > FLUME.zone * draft - FLUME.skirt_place)).sum() * self.spacing**2
+        oil = self.fluid.phase_positions("oil")[:, 0] - self.shape.skirt_place
+        pool = ((oil < 0.0) & (oil > self.shape.zone * draft - self.shape.skirt_place)).sum() * self.spacing**2
         return float(speed[ahead].mean()), float(pool), float(means.max())
 
     def _profile(self) -> Double:
         """Thickness [m] of the oil before the skirt in bins of `BIN` drafts, from the skirt on."""
-        oil = FLUME.skirt_place - self.fluid.phase_positions("oil")[:, 0].astype(np.float64)
-        width, bins = BIN * FLUME.draft, round((FLUME.skirt - FLUME.zone) / BIN)
+        oil = self.shape.skirt_place - self.fluid.phase_positions("oil")[:, 0].astype(np.float64)
+        width, bins = BIN * self.shape.draft, round((self.shape.skirt - self.shape.zone) / BIN)
         place = (oil[(oil > 0.0) & (oil < bins * width)] / width).astype(np.int64)
         return np.asarray(np.bincount(place, minlength=bins)[:bins] * self.spacing**2 / width)
 
@@ -219,7 +246,7 @@ class Series:
         """The row of a speed that has been held, with front and friction of its profile."""
         flow, pool, foot = (float(mean) for mean in np.mean(hold.looks, axis=0))
         profile = np.mean(hold.profiles, axis=0)
-        width, deepest = BIN * FLUME.draft, profile[:3].mean()
+        width, deepest = BIN * self.shape.draft, profile[:3].mean()
         thick = np.flatnonzero(profile > 0.3 * deepest)
         length = (thick[-1] + 1) * width if len(thick) else 0.0
         front = friction = math.nan
@@ -228,40 +255,41 @@ class Series:
             x = length - (inner + 0.5) * width  # behind the front
             growth, at_front = np.polyfit(x, profile[inner] ** 2, 1)
             front = math.sqrt(max(at_front, 0.0))
-            friction = growth * FRICTION / float(thickening(flow, liquids(self.oil)))
+            friction = growth * FRICTION / float(thickening(flow, liquids(self.setting.oil)))
         return Row(
-            oil=self.oil, resolution=self.resolution, tension=self.tension, balanced=int(self.balanced),
-            begun=self.rows[0].begun if self.rows else hold.speed, speed=hold.speed, flow=flow, pool=pool,
+            **vars(self.setting), begun=self.rows[0].begun if self.rows else hold.speed, speed=hold.speed, flow=flow, pool=pool,
             passed=hold.lost * self.spacing**2 / (len(hold.looks) * SAMPLE), thickness=float(deepest),
             length=float(length), front=front, friction=friction, suction=foot / flow,
         )  # fmt: skip
 
 
-def passage(speed: float) -> float:
-    """Time [s] in which a flow at `speed` [m/s] passes the flume."""
-    return FLUME.length * FLUME.draft / speed
+def passage(speed: float, draft: float) -> float:
+    """Time [s] in which a flow at `speed` [m/s] passes the flume of a skirt of some draft [m]."""
+    return FLUME.length * draft / speed
 
 
 def first_loss(rows: list[Row]) -> float:
     """The first speed [m/s] at which more than `ONSET` of the pool passes within one passage of the flow; NaN if none does."""
-    lost = [row.speed for row in rows if row.passed * passage(row.speed) > ONSET * row.pool]
+    lost = [row.speed for row in rows if row.passed * passage(row.speed, row.draft) > ONSET * row.pool]
     return lost[0] if lost else math.nan
 
 
 def by_closures(rows: list[Row]) -> Double:
     """The loss [m2/s] that the closures give for the pool and the flow of each row."""
-    closures = Closures(skirt_depth=FLUME.draft)
-    rates = [closures.rates(drivers(row.flow, FLUME.draft, np.array([row.pool])), liquids(row.oil)) for row in rows]
+    rates = [
+        Closures(skirt_depth=row.draft).rates(drivers(row.flow, row.draft, np.array([row.pool])), liquids(row.oil))
+        for row in rows
+    ]
     return np.array([float(rate.sum()) for rate in rates])
 
 
 def harbour_flume(resolution: int, bench: Bench) -> Outcome:
     """Case 45: every oil; what an earlier run has measured is not run again."""
-    span = sum(PASSAGES * passage(speed) for speed in SPEEDS)
+    span = sum(PASSAGES * passage(speed, FLUME.draft) for speed in SPEEDS)
     bench.plan(span * len(OILS))
     values, curves = dict[str, float](), list[Trace]()
     for oil in OILS:
-        series = Series(bench, oil, resolution, ASSUMED_TENSION, FOLDER, balanced=True)
+        series = Series(bench, Setting(oil=oil, resolution=resolution, tension=ASSUMED_TENSION, balanced=1), FOLDER)
         series.run(piece=Piece(interval=SAVE_EVERY))
         rows = series.rows
         found, name = first_loss(rows), f"{oil:g} kg/m3"
@@ -315,15 +343,16 @@ def main() -> None:
     add_options(parser, OILS, FOLDER)
     parser.add_argument("--speeds", type=float, nargs="+", default=SPEEDS, metavar="M/S", help="in growing order")
     parser.add_argument("--picture", type=picture_file, metavar="FILE", help="of oil and flow at the end of this piece")
-    options = read_options(parser, FLUME.draft)
-    series = Series(
-        Bench(threads=options.threads),
-        options.oil,
-        options.resolution,
-        options.tension,
-        options.folder,
-        options.balanced,
+    parser.add_argument("--draft", type=float, default=FLUME.draft, metavar="M", help="of the skirt")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="of the particles' first places; 0 leaves them on their lattice"
     )
+    options = read_options(parser, FLUME.draft)
+    setting = Setting(
+        oil=options.oil, resolution=options.resolution, tension=options.tension, balanced=int(options.balanced),
+        draft=options.draft, seed=options.seed,
+    )  # fmt: skip
+    series = Series(Bench(threads=options.threads), setting, options.folder)
     series.run(options.speeds, piece_of(options))
     if options.picture:
         series.draw(options.picture)
