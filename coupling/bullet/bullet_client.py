@@ -17,7 +17,7 @@ import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from coupling.bullet.engine_state import rebuilt
+from coupling.bullet.engine_state import essence, rebuilt
 from coupling.bullet.pybullet_import import pybullet
 from coupling.multibody.prescribed_motion import Motion, Vector
 from coupling.multibody.rotations import turned
@@ -157,7 +157,11 @@ class BulletClient:
         return depths
 
     def save(self) -> bytes:
-        """Return the engine's whole state of its bodies' motion."""
+        """Return the engine's whole state of its bodies' motion; equal for engines that go on equally."""
+        return essence(self._file())
+
+    def _file(self) -> bytes:
+        """Return the engine's own file of its state."""
         with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
             path = Path(folder) / "state.bullet"
             self._call(pybullet.saveBullet, str(path))
@@ -166,7 +170,7 @@ class BulletClient:
     def restore(self, content: bytes) -> None:
         """Restore the state that `save` returned; ValueError for a content that is damaged or of other bodies, see `engine_state`."""
         if self._own is None:
-            self._own = self.save()
+            self._own = self._file()
         content = rebuilt(content, self._own)
         with tempfile.TemporaryDirectory(prefix="oilsim-") as folder:
             path = Path(folder) / "state.bullet"

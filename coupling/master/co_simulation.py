@@ -24,6 +24,7 @@ from coupling.master.exchange_ledger import GAUSS_SEIDEL, Exchange
 from coupling.master.initialization import exchange_initial_values
 from coupling.master.observer_dispatch import NOBODY, Audience, CommunicationPoint, Watching, tried
 from coupling.master.participant import Array, Participant
+from coupling.master.saved_fields import require_alike
 from coupling.master.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper, rollback_fault
 from recordings.model.frame import Event, EventLevel
 
@@ -124,7 +125,8 @@ class CoSimulation:
         """Bring every participant to the start time, exchange initial values, and show observers the first frame.
 
         With `saved`, which `save_state` returned, the run continues from there. Observers then only see what follows, because the frame at
-        that point belongs to the run that was saved. Raises CoSimulationError for a participant that fails.
+        that point belongs to the run that was saved. Raises CoSimulationError for a participant that fails, and ValueError or
+        KeyError for a state that is not of this run's form (`require_alike`).
         """
         self._require(_Phase.CREATED, "initialize")
         self._phase = _Phase.RUNNING
@@ -137,6 +139,7 @@ class CoSimulation:
         if saved is None:
             self._advance_accounts()
         else:
+            require_alike("simulation", saved, self.save_state())
             self.restore_state(saved)
         self._notify_initialized(first_frame=saved is None)
 

@@ -110,3 +110,91 @@ def _check(what: str, now: Any, saved: Any, is_loose: bool) -> None:
             raise ValueError(f"{what} has shape {saved.shape}, allowed: {now.shape}")
         if not (is_loose or np.isfinite(saved).all()):
             raise ValueError(f"{what} is not finite, allowed: finite numbers")
+
+
+# tables whose keys are those of the moment, such as the bodies that are in a window
+_PASSING = ("bodies", "boundaries", "handles")
+
+
+def require_alike(where: str, saved: Any, own: Any) -> None:
+    """Require that a saved state has every entry of a new one, of the same type and shape, and finite numbers where that has them.
+
+    None stands for an entry that may be missing, and a list has any length. So have arrays of a table whose lengths change together, as
+    those of all particles do, and one that was empty; entries that the new state lacks are plain and finite. `where` names the state in
+    messages. Raises ValueError for an entry of another type or shape or that is not finite, and KeyError for a missing one.
+    """
+    own, saved = (one[()] if isinstance(one, np.ndarray) and not one.ndim else one for one in (own, saved))
+    if own is None or saved is None:
+        _require_plain(where, saved)
+    elif _kind(saved) != _kind(own) and not (_kind(saved) == "whole number" and _kind(own) == "number"):
+        raise ValueError(f"{where} is a {_kind(saved)}, allowed: a {_kind(own)}")
+    elif isinstance(own, Mapping):
+        for key in saved.keys() - own.keys():
+            _require_plain(f"{where}/{key}", saved[key])
+        for key, value in own.items():
+            if key in saved or where.rpartition("/")[2] not in _PASSING:
+                require_alike(f"{where}/{key}", saved[key], value)
+        _require_one_length(where, {key: (own[key], saved[key]) for key in own.keys() & saved.keys()})
+    elif isinstance(own, list | tuple):
+        for place, item in enumerate(saved):
+            require_alike(f"{where}/{place}", item, own[min(place, len(own) - 1)] if own else None)
+        _require_one_length(where, {str(place): pair for place, pair in enumerate(zip(own, saved, strict=False))})
+    elif isinstance(own, np.ndarray) and (saved.dtype != own.dtype or saved.ndim != own.ndim):
+        raise ValueError(f"{where} has {saved.ndim} axes of {saved.dtype}, allowed: {own.ndim} of {own.dtype}")
+    elif _is_finite(own) and not _is_finite(saved):
+        raise ValueError(f"{where} is not finite, allowed: finite numbers")
+
+
+def _require_one_length(where: str, arrays: Mapping[str, tuple[Any, Any]]) -> None:
+    """Require of the new and saved arrays of a table that those whose shape differs have one axis, the first or last, of one length.
+
+    An array that is alone with its length keeps it, unless it was empty.
+    """
+    pairs = {key: (own, saved) for key, (own, saved) in arrays.items() if isinstance(own, np.ndarray) and own.ndim}
+    for axis in (0, -1):
+        rest = slice(1, None) if axis == 0 else slice(None, -1)
+        changed = {
+            (own.shape[axis], saved.shape[axis])
+            for own, saved in pairs.values()
+            if own.shape[axis] != saved.shape[axis]
+        }
+        alike = all(own.shape[rest] == saved.shape[rest] for own, saved in pairs.values())
+        if alike and len(changed) <= 1:
+            before, after = next(iter(changed), (0, 0))
+            alike_before = [saved.shape[axis] for own, saved in pairs.values() if own.shape[axis] == before]
+            if not changed or (set(alike_before) == {after} and (before == 0 or len(alike_before) > 1)):
+                return
+    told = ", ".join(f"{key} {saved.shape}" for key, (own, saved) in pairs.items() if own.shape != saved.shape)
+    raise ValueError(f"{where} has arrays of shapes that do not fit: {told}")
+
+
+def _require_plain(where: str, saved: Any) -> None:
+    """Require plain values that are finite numbers, where nothing says what they should be."""
+    if isinstance(saved, Mapping):
+        for key, value in saved.items():
+            _require_plain(f"{where}/{key}", value)
+    elif isinstance(saved, list | tuple):
+        for place, value in enumerate(saved):
+            _require_plain(f"{where}/{place}", value)
+    elif not _is_finite(saved):
+        raise ValueError(f"{where} is not finite, allowed: finite numbers")
+
+
+def _is_finite(value: Any) -> bool:
+    """Tell whether a number or all numbers of an array are finite; other values have none."""
+    is_real = isinstance(value, float | np.ndarray | np.generic) and np.asarray(value).dtype.kind in "fc"
+    return bool(np.isfinite(value).all()) if is_real else True
+
+
+def _kind(value: Any) -> str:
+    """Return the kind of a plain value, in words."""
+    kinds: tuple[tuple[str, Any], ...] = (
+        ("truth value", (bool, np.bool_)),
+        ("whole number", (int, np.integer)),
+        ("number", (float, np.floating)),
+        ("text", str),
+        ("list", (list, tuple)),
+        ("table", Mapping),
+        ("array", np.ndarray),
+    )
+    return next((name for name, types in kinds if isinstance(value, types)), type(value).__name__)

@@ -71,7 +71,13 @@ class Unreported:
         }  # fmt: skip
 
     def restore(self, saved: dict[str, Any]) -> None:
-        """Restore the events that `save` returned."""
+        """Restore the events that `save` returned; ValueError for figures that a report does not have."""
+        numbers = {"time_step", "density_error", "divergence_error", "viscosity_error", "crowding", "density_error_max"}
+        solves = saved["figures"].get("iterations", {})
+        given = {**{name: one for name, one in saved["figures"].items() if name != "iterations"}, **solves}
+        wanted = numbers | {"density", "divergence", "viscosity"}
+        if saved["figures"] and (set(given) != wanted or not all(isinstance(one, float) for one in given.values())):
+            raise ValueError(f"saved state has the figures {sorted(given)}, allowed: numbers {sorted(wanted)}")
         self.figures, self.results = dict(saved["figures"]), [StepResult(*result) for result in saved["results"]]
         self.removed, self.emitted = Counter(saved["removed"]), Counter(saved["emitted"])
 

@@ -51,13 +51,12 @@ class Checkpoint:
 
 
 def state_hash(state: Mapping[str, Any]) -> str:
-    """Compute a hash of a whole state that is equal for states that are equal bit for bit.
+    """Compute a hash of a whole state, every byte of it, that is equal for states that are equal bit for bit.
 
-    Opaque bytes of an engine or an FMU are left out: they may contain addresses and uninitialised memory. Raises TypeError for a state that
-    holds more than arrays and plain values.
+    Lists and tuples count alike. Raises TypeError for a state that holds more than arrays and plain values.
     """
     arrays: dict[str, np.ndarray] = {}
-    digest = hashlib.sha256(json.dumps(_take_apart(_readable(state), "state", arrays), sort_keys=True).encode())
+    digest = hashlib.sha256(json.dumps(_take_apart(_as_lists(state), "state", arrays), sort_keys=True).encode())
     for name in sorted(arrays):
         array = arrays[name]
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
@@ -152,13 +151,11 @@ def _read(source: Path) -> Checkpoint:
     )
 
 
-def _readable(value: Any) -> Any:
-    """Return the value without its bytes."""
+def _as_lists(value: Any) -> Any:
+    """Return the value with lists in place of tuples."""
     if isinstance(value, Mapping):
-        return {key: _readable(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_readable(item) for item in value]
-    return None if isinstance(value, bytes) else value
+        return {key: _as_lists(item) for key, item in value.items()}
+    return [_as_lists(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def _take_apart(value: Any, where: str, arrays: dict[str, np.ndarray]) -> Any:

@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from coupling.master.co_simulation import CoSimulation
+from coupling.master.saved_fields import require_alike
 from recordings.files.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
 from recordings.files.errors import absence
 from recordings.files.writing import RECORDING_ENDING, held
@@ -72,26 +71,6 @@ def fitting(source: Path) -> Iterator[None]:
     except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
         told = f"it has no entry {error}" if isinstance(error, KeyError) else str(error)
         raise CheckpointError(source, f"does not fit the run that it names: {told}") from error
-
-
-def require_alike(where: str, saved: Any, own: Any) -> None:
-    """Require that a saved account has all entries of a new one, and texts, numbers, lists and tables in the same places.
-
-    None stands for an entry that may be missing. Raises ValueError for a value of another kind and KeyError for a missing entry; `where`
-    names the account in the message.
-    """
-    if own is None or saved is None:
-        return  # it may be there in one of them only
-    if _kind(saved) != _kind(own):
-        raise ValueError(f"{where} is a {type(saved).__name__}, allowed: a {type(own).__name__}")
-    if isinstance(own, Mapping):
-        for key, value in own.items():
-            require_alike(f"{where}/{key}", saved[key], value)
-
-
-def _kind(value: Any) -> str:
-    kinds = (("number", (bool, int, float, np.generic)), ("text", str), ("list", (list, tuple)), ("table", Mapping))
-    return next((name for name, types in kinds if isinstance(value, types)), type(value).__name__)
 
 
 def run_state_hash(simulation: CoSimulation, assembly: Assembly) -> str:

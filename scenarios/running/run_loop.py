@@ -13,6 +13,7 @@ from typing import Any, Protocol, cast
 
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
+from coupling.master.saved_fields import require_alike
 from recordings.files.errors import RecordingError
 from recordings.model.frame import INJECTS, INSTRUCTOR, EventLevel
 from scenarios.running.assembly import Assembly
@@ -21,7 +22,6 @@ from scenarios.running.checkpoints import (
     Restart,
     begin_from,
     fitting,
-    require_alike,
     run_state,
     run_state_hash,
 )

@@ -88,7 +88,10 @@ class RunFigures:
         return plain | {"budget": None if self.budget is None else asdict(self.budget)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to what `save_state` returned."""
+        """Go back to what `save_state` returned; ValueError for a stage whose time is none."""
+        for stage, seconds in saved["stage_seconds"].items():
+            if not isinstance(seconds, float):
+                raise ValueError(f"figures/stage_seconds/{stage} is a {type(seconds).__name__}, allowed: a number")
         for name in _PLAIN:
             setattr(self, name, deepcopy(saved[name]))
         self.budget = None if saved["budget"] is None else ledger_from(saved["budget"])

@@ -85,9 +85,9 @@ def test_a_random_generator_goes_on_where_it_stopped(tmp_path: Path) -> None:
     np.testing.assert_array_equal(restored.normal(size=5), expected)
 
 
-def test_opaque_bytes_do_not_count_in_the_state_hash() -> None:
-    # pybullet writes contacts with room that it never filled
-    assert state_hash({"bullet": b"one", "time": 1.0}) == state_hash({"bullet": b"two", "time": 1.0})
+def test_all_bytes_count_in_the_state_hash() -> None:
+    assert state_hash({"bullet": b"one", "time": 1.0}) == state_hash({"time": 1.0, "bullet": b"one"})
+    assert state_hash({"bullet": b"one", "time": 1.0}) != state_hash({"bullet": b"two", "time": 1.0})
     assert state_hash({"bullet": b"one", "time": 1.0}) != state_hash({"bullet": b"one", "time": 2.0})
 
 

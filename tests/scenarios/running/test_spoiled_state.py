@@ -1,0 +1,63 @@
+"""A run goes on from a whole state or not at all: an entry dropped or spoiled is refused in words or changes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from recordings.files.checkpoint import load_checkpoint, save_checkpoint
+from scenarios.cli import main
+
+RUN = ["--until", "0.05", "--threads", "1"]
+
+
+def entries(state: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Paths of all entries of nested tables."""
+    for key, value in state.items():
+        yield (*path, key)
+        if isinstance(value, dict):
+            yield from entries(value, (*path, key))
+
+
+def spoiled(value: Any) -> Any:
+    """Another type in place of a value."""
+    if isinstance(value, np.ndarray):
+        return value.astype(np.float64)[..., None] * np.nan
+    return {} if not isinstance(value, dict) else 1.0
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    settings = ["--set", "fluid.particle_spacing=0.1", "--set", "recording.checkpoint_interval=0.02"]
+    assert main(["run", "floating-box", *settings, *RUN, "--record", str(folder / "run.rrd")]) == 0
+    return sorted((folder / "run.checkpoints").glob("*.npz"))[1]
+
+
+@pytest.mark.parametrize("what", ["dropped", pytest.param("spoiled", marks=pytest.mark.slow)])
+def test_no_entry_that_is_dropped_or_spoiled_ends_in_an_error_of_python(
+    what: str, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = load_checkpoint(checkpoint)
+    paths = list(entries(whole.state))
+    assert len(paths) > 50
+    target = tmp_path / "step-000000001.npz"
+    for path in paths[:: 1 if what == "spoiled" else 14]:
+        state = load_checkpoint(checkpoint).state
+        table = state
+        for key in path[:-1]:
+            table = table[key]
+        if what == "dropped":
+            del table[path[-1]]
+        else:
+            table[path[-1]] = spoiled(table[path[-1]])
+        changed = type(whole)(
+            scenario_hash=whole.scenario_hash, index=whole.index, time=whole.time, run=whole.run, state=state
+        )
+        save_checkpoint(target, changed)
+        assert main(["run", "--resume", str(target), "--no-record", "--until", "0.06"]) in (0, 1, 2), path
+        assert "Traceback" not in capsys.readouterr().err
