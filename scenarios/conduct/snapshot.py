@@ -22,7 +22,8 @@ from recordings.model.exercise import BoomDescription
 from recordings.model.frame import Frame
 from recordings.model.words import CAUSE_IN_WORDS
 from scenarios.running.assembly import Assembly
-from scenarios.schema.exercise import body_of, joint_name
+from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of, joint_name
+from scenarios.schema.sea import SeaSettings
 from scenarios.spec.scenario import Scenario
 from scenarios.watch.slick_oil import Spots, spots_of_slick
 from vessels.vessel import heading_of
@@ -90,7 +91,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         "text": scenario.text.strip(),
         "duration": scenario.run.duration,
         "step": scenario.run.communication_step,
-        "bearing": 0.5 * math.pi if scenario.site is None else scenario.site.bearing,
+        "bearing": scenario.bearing,
         "bounds": [*scenario.domain.lower[:2], *scenario.domain.upper[:2]],
         "vessels": [
             {
@@ -98,11 +99,11 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
                 "length": one.length,
                 "beam": one.beam,
                 "control": one.control,
-                "line": _line_state(name, assembly, scenario),
+                "line": _line_state(name, one, scenario.booms, assembly),
             }
             for name, one in scenario.vessels.items()
         ],
-        "booms": [_boom_scene(boom, scenario) for boom in booms],
+        "booms": [_boom_scene(boom, scenario.booms[boom.name]) for boom in booms],
         "bodies": _footprints(assembly),
         "causes": {
             name: {"words": words, "color": palette.css(palette.cause_color(name))}
@@ -132,10 +133,13 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, 
         "kind": "state",
         "time": frame.time,
         "index": frame.index,
-        "vessels": {name: _vessel_state(name, assembly, scenario, frame, current) for name in scenario.vessels},
+        "vessels": {
+            name: _vessel_state(name, one, scenario.booms, assembly, frame, current)
+            for name, one in scenario.vessels.items()
+        },
         "booms": {boom.name: _boom_state(boom, frame, current, assembly, several) for boom in booms},
         "tow": None if scenario.tow is None else {"speed": scenario.tow.speed, "heading": scenario.tow.heading},
-        "weather": weather_of(scenario),
+        "weather": weather_of(scenario.sea),
         "pipes": {name: pipe.speed for name, pipe in scenario.emitters.items()},
         "given": [name for name, one in scenario.injects.items() if one.given],
         "oil": as_text(oil_spots(assembly, frame)),
@@ -143,12 +147,12 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, 
     }
 
 
-def weather_of(scenario: Scenario) -> dict[str, Any]:
+def weather_of(sea: SeaSettings) -> dict[str, Any]:
     """Return current, wind and waves as ordered: speed [m/s] or height [m], and the direction [rad] to which they go; None without them.
 
     The speed of a tide, or of a table of times, is its largest, or None.
     """
-    current, wind, waves = scenario.sea.current, scenario.sea.wind, scenario.sea.waves
+    current, wind, waves = sea.current, sea.wind, sea.waves
     return {
         "current": None if current is None else _flow(current),
         "wind": None if wind is None else _flow(wind),
@@ -168,7 +172,7 @@ def _flow(settings: Any) -> dict[str, float | None]:
     return {"speed": getattr(settings, "speed", None), "direction": getattr(settings, "direction", None)}
 
 
-def _boom_scene(boom: BoomDescription, scenario: Scenario) -> dict[str, Any]:
+def _boom_scene(boom: BoomDescription, settings: BoomSettings) -> dict[str, Any]:
     return {
         "name": boom.name,
         "ends": list(boom.ends),
@@ -176,8 +180,8 @@ def _boom_scene(boom: BoomDescription, scenario: Scenario) -> dict[str, Any]:
         "length": boom.length,
         "skirt_depth": boom.skirt_depth,
         "full_tension": boom.full_tension,
-        "tow_line": None if scenario.booms[boom.name].line_stiffness is None else scenario.booms[boom.name].tow_line,
-        "area": [list(corner) for corner in scenario.booms[boom.name].area],
+        "tow_line": None if settings.line_stiffness is None else settings.tow_line,
+        "area": [list(corner) for corner in settings.area],
     }
 
 
@@ -197,7 +201,12 @@ def _footprints(assembly: Assembly) -> dict[str, list[list[float]]]:
 
 
 def _vessel_state(
-    name: str, assembly: Assembly, scenario: Scenario, frame: Frame, current: np.ndarray
+    name: str,
+    settings: VesselSettings,
+    booms: Mapping[str, BoomSettings],
+    assembly: Assembly,
+    frame: Frame,
+    current: np.ndarray,
 ) -> dict[str, Any]:
     body = frame.bodies[body_of(name)]
     ground = body.linear_velocity[:2]
@@ -208,18 +217,20 @@ def _vessel_state(
         "heading": heading_of(body.orientation),
         "over_ground": float(np.linalg.norm(ground)),
         "through_water": float(np.linalg.norm(ground - current)),
-        "engine": scenario.vessels[name].engine,
-        "line": _line_state(name, assembly, scenario),
+        "engine": settings.engine,
+        "line": _line_state(name, settings, booms, assembly),
         "ordered": None if leg is None else {"speed": leg.speed, "heading": leg.heading, "by_hand": leg.by_hand},
     }
 
 
-def _line_state(vessel: str, assembly: Assembly, scenario: Scenario) -> dict[str, float] | None:
+def _line_state(
+    vessel: str, settings: VesselSettings, booms: Mapping[str, BoomSettings], assembly: Assembly
+) -> dict[str, float] | None:
     """Return the lengths [m] of a vessel's tow line: as laid for both ends, as ordered here, and now; None without a winch."""
-    for name, boom in scenario.booms.items():
+    for name, boom in booms.items():
         if vessel in boom.ends and boom.line_stiffness is not None and assembly.world is not None:
             lines, line = assembly.world.lines, assembly.fleet.tensions_of(name)[vessel]
-            ordered = boom.tow_line - scenario.vessels[vessel].hauled
+            ordered = boom.tow_line - settings.hauled
             changed = lines.length(line) - lines.laid_length(line)
             now = assembly.scenario.booms[name].tow_line + changed
             return {"laid": boom.tow_line, "ordered": ordered, "now": now}

@@ -30,7 +30,7 @@ from scenarios.controls.signal_board import SignalBoard
 from scenarios.controls.signals import RunParts, signals_of
 from scenarios.running.run_controls import RunControls
 from scenarios.schema.exercise import body_of
-from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, connections_of
+from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, FmuSettings, connections_of
 from scenarios.setup.afloat.fleet import Fleet
 from scenarios.setup.at_sea.run_sea import RunSea
 from scenarios.setup.run_description import describe_run
@@ -152,26 +152,25 @@ def build(
     `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording. `faults`: what is to
     fail on purpose, beside what the scenario says.
     """
-    written, scenario = scenario, resolve(scenario)
-    fmus = _fmus(scenario)
-    simulators = build_simulators(scenario)
-    scenario = simulators.scenario
+    spec = resolve(scenario)
+    fmus = _fmus(spec.fmus)
+    simulators = build_simulators(spec)
     bodies, world = simulators.bodies, simulators.world
-    scoring = Scoring(scenario, simulators)
+    scoring = Scoring(spec, simulators)
     helms = _helms(simulators)
-    strength = BoomStrength(scenario, world, simulators.fleet, scoring, simulators.slick)
-    controls = RunControls(scenario, simulators, helms, strength, scoring)
+    strength = BoomStrength(spec.booms, world, simulators.fleet, scoring, simulators.slick)
+    controls = RunControls(spec, simulators, helms, strength, scoring)
     blown = _wind_on_bodies(simulators)
     accounts = _accounts(simulators, scoring)
     slicks = () if simulators.slick is None else (simulators.slick,)
     parts = _parts(simulators, controls, helms, scoring)
-    orders, readings = _boards(written, parts)
+    orders, readings = _boards(scenario, parts)
     blowing = [blown] if blown else []
     participants = (
         *fmus, *orders, *helms.values(), *blowing, *bodies.participants, *slicks, *simulators.skimmers, *readings,
     )  # fmt: skip
     return Assembly(
-        scenario=scenario,
+        scenario=spec,
         solids=simulators.solids,
         level=simulators.level,
         fluid=simulators.fluid,
@@ -184,10 +183,10 @@ def build(
         strength=strength,
         controls=controls,
         accounts=accounts,
-        remarks=Remarks(scenario, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),
+        remarks=Remarks(spec.liquid, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),
         parts=parts,
         participants=_failing(participants, faults, world) if faults else participants,
-        connections=(*_connections(scenario, bodies, helms.values(), blown), *_slick_connections(simulators)),
+        connections=(*_connections(spec.fmus, bodies, helms.values(), blown), *_slick_connections(simulators)),
         description=describe_run(simulators, text=text, overrides=overrides),
         frame_source=FrameReader(simulators, accounts, fmus),
         exchange=bodies.exchange,
@@ -273,13 +272,13 @@ def _parts(
     )
 
 
-def _fmus(scenario: RunSpec) -> tuple[Fmu, ...]:
+def _fmus(fmus: Mapping[str, FmuSettings]) -> tuple[Fmu, ...]:
     """Create the FMUs; code for FMUs is imported only if there are some."""
-    if not scenario.fmus:
+    if not fmus:
         return ()
     from scenarios.controls.fmu_checks import fmu_participants
 
-    return fmu_participants(scenario.fmus)
+    return fmu_participants(fmus)
 
 
 def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...], tuple[SignalBoard, ...]]:
@@ -294,16 +293,16 @@ def _boards(scenario: Scenario, parts: RunParts) -> tuple[tuple[SignalBoard, ...
 
 
 def _connections(
-    scenario: RunSpec,
+    fmus: Mapping[str, FmuSettings],
     bodies: CoupledBodies,
     helms: Iterable[VesselControl | ManualControl],
     blown: WindOnBodies | None,
 ) -> tuple[Connection, ...]:
     """List the connections between FMUs and signals, bodies and fluid, helmsmen and vessels, wind and other bodies."""
-    fmus = connections_of(scenario.fmus).values()
+    links = connections_of(fmus).values()
     moved = [(one.name, one.vessel.name, body_of(one.vessel.name)) for one in helms]
     moved += [(blown.name, body, body) for body in blown.body_names] if blown else []
-    return (*fmus, *bodies.connections, *(link for one in moved for link in _links(*one)))
+    return (*links, *bodies.connections, *(link for one in moved for link in _links(*one)))
 
 
 def _slick_connections(simulators: Simulators) -> tuple[Connection, ...]:

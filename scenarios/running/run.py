@@ -99,7 +99,7 @@ def resume(restart: Restart, *, options: RunOptions | None = None, console: Cons
 
 def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Console) -> int:
     scenario = resolve(plan.scenario)
-    require_memory(scenario)
+    require_memory(scenario.liquid, scenario.run.duration)
     _require_writable(options)
     _require_own_files(plan, restart, options)
     with ExitStack() as stack, requests_by_posix_signal() as requests:
@@ -109,7 +109,7 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
         recorder = _recorder(scenario, options)
         console.print(f"building {scenario.name}", highlight=False, markup=False)
         branch = _branch(restart, options)
-        assembly = _described(build(scenario, text=plan.text, overrides=plan.changes), plan, branch)
+        assembly = _described(build(plan.scenario, text=plan.text, overrides=plan.changes), plan, branch)
         summary, watchers = SummaryObserver(assembly), [watcher(assembly) for watcher in options.watchers]
         folder = options.checkpoint_folder
         checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
@@ -200,9 +200,9 @@ def _recorder(scenario: RunSpec, options: RunOptions) -> Recorder | None:
     return Recorder(
         options.record,
         scenario.recording.frame_rate,
-        precision=grid(scenario),
-        every=thinning(scenario),
-        surface_rate=surface_rate(scenario),
+        precision=grid(scenario.recording.precision, scenario.fluid.particle_spacing),
+        every=thinning(scenario.phases),
+        surface_rate=surface_rate(scenario.recording.frame_rate, in_tank=scenario.tank is not None),
         live=live,
     )
 

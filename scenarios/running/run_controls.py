@@ -17,14 +17,17 @@ from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import PipeEmitter
 from scenarios.controls.table import CONTROLS, SETTERS, with_entry
-from scenarios.schema.exercise import body_of
+from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of
+from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.parsing.relations import entries_at
+from scenarios.schema.recovery import SkimmerSettings
 from scenarios.setup.afloat.boom_lines import laid_out, reel_name
 from scenarios.setup.afloat.fleet import course_of, gains_of
 from scenarios.setup.afloat.moorings import leg_name, tie_name
+from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fluid import pipe_of, pipe_problems
 from scenarios.setup.simulators import Simulators
-from scenarios.spec.resolve import RunSpec, resolve
+from scenarios.spec.resolve import LiquidSpec, RunSpec, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 from scenarios.watch.boom_scoring import Scoring
@@ -34,6 +37,7 @@ from vessels.control import MACHINERY_ORDERS, ManualControl, VesselControl
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
+    from oilsim.sea import Sea
     from oilsim.slick.spill_source import SpillSource
 
 
@@ -60,19 +64,19 @@ class RunControls:
         self._waiting = {tie_name(name) for name, tie in scenario.ties.items() if tie.waits}
         self._lengths: dict[str, tuple[float, float]] = {}  # that are ordered [m], and speeds of winches [m/s], by line
         self._setters: dict[str, Callable[[RunSpec], None]] = {
-            "steer": self._steer,
-            "push": self._push,
-            "run_engines": self._run_engines,
-            "part": self._part,
+            "steer": lambda spec: self._steer(spec.vessels, spec.tow),
+            "push": lambda spec: self._push(spec.vessels),
+            "run_engines": lambda spec: self._run_engines(spec.vessels),
+            "part": lambda spec: self._part(spec.booms),
             "make_fast": self._make_fast,
-            "moor": self._moor,
-            "skim": self._skim,
+            "moor": lambda spec: self._moor(spec.moorings, spec.ties),
+            "skim": lambda spec: self._skim(spec.skimmers),
             "haul": self._haul,
         }
-        self._push(scenario)
+        self._push(scenario.vessels)
         self._haul(scenario)
 
-    def order(self, scenario: Scenario, *, within_reach: bool = True) -> None:
+    def order(self, scenario: Scenario | RunSpec, *, within_reach: bool = True) -> None:
         """Bring every part to what a scenario with all orders so far says, signals aside.
 
         Raises ScenarioError, and changes nothing, if a part cannot be made or, where `within_reach` is asked for, the ends of a tie that is
@@ -80,7 +84,7 @@ class RunControls:
         """
         spec = resolve(scenario)
         if within_reach:
-            self._require_reach(spec)
+            self._require_reach(spec.ties)
         self._obey(spec, self._signaled)
 
     def drive(self, values: Mapping[str, float | None]) -> None:
@@ -126,19 +130,23 @@ class RunControls:
             if _values(control.key, scenario) != _values(control.key, self._present)
         }
         due |= {"pour"} if scenario.sources != self._present.sources else set()
-        sea = self._simulators.sea.ordered(scenario) if "change_sea" in due else None  # it may be refused, as pipes may
-        pipes, sources = (self._new_pipes(scenario), self._new_sources(scenario)) if "pour" in due else ((), ())
+        sea = self._new_sea(scenario) if "change_sea" in due else None  # it may be refused, as pipes may
+        pipes, sources = (
+            (self._new_pipes(scenario.liquid), self._new_sources(scenario.liquid, scenario.left_out))
+            if "pour" in due
+            else ((), ())
+        )
         self._ordered, self._present, self._signaled = ordered, scenario, signaled
         for setter in SETTERS:
             if setter in due and setter in self._setters:
                 self._setters[setter](scenario)
         if "pour" in due:
-            self._pour(scenario, pipes, sources)
+            self._pour(scenario.liquid, pipes, sources)
         if sea is not None:
-            self._retune(scenario)
+            self._retune(scenario.vessels, scenario.orbital_speed)
             self._simulators.sea.become(sea)
 
-    def _steer(self, scenario: RunSpec) -> None:
+    def _steer(self, vessels: Mapping[str, VesselSettings], tow: TowSettings | None) -> None:
         """Give the helmsmen their courses.
 
         The tow's line goes through a vessel's place at the start. Where the tow turns it, or takes the vessel over, that line may be far
@@ -146,11 +154,11 @@ class RunControls:
         """
         world = self._simulators.world
         for name, helm in self._helms.items():
-            present, course = helm.vessel.course, course_of(scenario.vessels[name], scenario)
+            present, course = helm.vessel.course, course_of(vessels[name], tow)
             if not isinstance(helm, VesselControl) or course is None or present is None or course == present:
                 continue
             last, before = course.legs[-1], present.legs[-1]
-            if not scenario.vessels[name].follows_tow:
+            if not vessels[name].follows_tow:
                 helm.lay_line(None)
             elif world is not None and (last.heading, last.through) != (before.heading, before.through):
                 x, y = world.pose(body_of(name))[:2].tolist()
@@ -158,67 +166,66 @@ class RunControls:
             helm.change_course(course)
         self._scoring.take_orders([helm.vessel for helm in self._helms.values() if isinstance(helm, VesselControl)])
 
-    def _retune(self, scenario: RunSpec) -> None:
-        """Give the helmsmen the gains for the present waves."""
-        speed = scenario.orbital_speed
+    def _retune(self, vessels: Mapping[str, VesselSettings], speed: float) -> None:
+        """Give the helmsmen the gains for the present waves, whose water swings at a speed [m/s]."""
         for name, helm in self._helms.items():
-            gains = gains_of(scenario.vessels[name], helm.vessel.hull.mass_properties.mass, speed)
+            gains = gains_of(vessels[name], helm.vessel.hull.mass_properties.mass, speed)
             if isinstance(helm, VesselControl) and gains != helm.vessel.gains:
                 helm.retune(gains)
 
-    def _push(self, scenario: RunSpec) -> None:
+    def _push(self, vessels: Mapping[str, VesselSettings]) -> None:
         """Give thrust and steering of vessels without a helmsman."""
         for name, helm in self._helms.items():
             for order in MACHINERY_ORDERS if isinstance(helm, ManualControl) else ():
-                helm.set(f"{name}.{order}", np.array(getattr(scenario.vessels[name], order)))
+                helm.set(f"{name}.{order}", np.array(getattr(vessels[name], order)))
 
-    def _run_engines(self, scenario: RunSpec) -> None:
+    def _run_engines(self, vessels: Mapping[str, VesselSettings]) -> None:
         for name, helm in self._helms.items():
-            screws = scenario.vessels[name].screws
+            screws = vessels[name].screws
             helm.vessel = replace(helm.vessel, engine_runs=any(screws), screws=screws)
 
-    def _part(self, scenario: RunSpec) -> None:
-        """Let the joints of booms part that have parted in the scenario and still hold."""
-        for boom, settings in scenario.booms.items():
+    def _part(self, booms: Mapping[str, BoomSettings]) -> None:
+        """Let the joints of booms part that have parted by order and still hold."""
+        for boom, settings in booms.items():
             for number in settings.parted:
                 self._strength.part(boom, number)
 
-    def _require_reach(self, scenario: RunSpec) -> None:
-        """Raise ScenarioError for every tie that the scenario makes fast now, but whose ends are not within reach."""
+    def _require_reach(self, ties: Mapping[str, TieSettings]) -> None:
+        """Raise ScenarioError for every tie that is made fast now, but whose ends are not within reach."""
         problems = []
-        for name in self._fresh_ties(scenario):
+        for name in self._fresh_ties(ties):
             assert self._simulators.world is not None  # that has the tie
-            distance, tie = self._simulators.world.line_distance(tie_name(name)), scenario.ties[name]
+            distance, tie = self._simulators.world.line_distance(tie_name(name)), ties[name]
             if tie.reach is not None and distance > tie.reach:
                 text = f"cannot be true yet: its ends are {distance:.1f} m apart, allowed: within its reach of {tie.reach:g} m"
                 problems.append(Problem(f"--set ties.{name}.made_fast", text))
         if problems:
             raise ScenarioError(problems, "oilsim")
 
-    def _fresh_ties(self, scenario: RunSpec) -> Iterator[str]:
-        """Yield the ties that the scenario makes fast and that are loose in the world."""
+    def _fresh_ties(self, ties: Mapping[str, TieSettings]) -> Iterator[str]:
+        """Yield the ties that are made fast by order, and are loose in the world."""
         world = self._simulators.world
-        for name, tie in scenario.ties.items():
+        for name, tie in ties.items():
             line = None if world is None else world.lines[tie_name(name)]
             if tie.made_fast and isinstance(line, ElasticLine) and not line.made_fast:
                 yield name
 
     def _make_fast(self, scenario: RunSpec) -> None:
         """Make ties fast, and let their winches haul them in."""
-        for name in list(self._fresh_ties(scenario)):
+        for name in list(self._fresh_ties(scenario.ties)):
             assert self._simulators.world is not None  # that has the tie
             self._simulators.world.make_line_fast(tie_name(name))
         self._haul(scenario)
 
-    def _moor(self, scenario: RunSpec) -> None:
-        """Let mooring legs and ties part, and anchors hold, as the scenario says."""
+    def _moor(self, moorings: Mapping[str, MooringSettings], ties: Mapping[str, TieSettings]) -> None:
+        """Let mooring legs and ties part, and anchors hold, as ordered."""
         world = self._simulators.world
         if world is None:
             return
-        for name, tie in scenario.ties.items():
+        for name, tie in ties.items():
             if tie.parted:
                 world.part_line(tie_name(name))
-        for name, leg in scenario.moorings.items():
+        for name, leg in moorings.items():
             if leg.parted:
                 world.part_line(leg_name(name))
             elif leg.holding is not None:
@@ -248,43 +255,49 @@ class RunControls:
                 self._lengths[name] = world.lines.laid_length(name) + change, speed
         self.advance()
 
-    def _skim(self, scenario: RunSpec) -> None:
+    def _skim(self, settings_of: Mapping[str, SkimmerSettings]) -> None:
         """Let skimmers run or stop, pump and store."""
         for one in self._simulators.skimmers:
-            ordered = scenario.skimmers[one.short_name]
+            ordered = settings_of[one.short_name]
             one.skimmer.is_running = ordered.running
             one.skimmer.design = ordered.design(one.skimmer.design.water_density)
 
-    def _new_pipes(self, scenario: RunSpec) -> Sequence[PipeEmitter]:
+    def _new_sea(self, scenario: RunSpec) -> Sea:
+        """Return the sea as it goes on from the present one; ScenarioError for one that cannot be built."""
+        present, liquid = self._simulators.sea, scenario.liquid
+        settings = scenario.sea_at(present.now.level)
+        return present.ordered(build_sea(settings, scenario.run, scenario.site, liquid, liquid.water_density))
+
+    def _new_pipes(self, liquid: LiquidSpec) -> Sequence[PipeEmitter]:
         """Create the pipes that the fluid does not have yet; ScenarioError for those that reach into a body or out of the tank."""
-        fresh = dict(islice(scenario.emitters.items(), len(self._simulators.fluid.emitters), None))
+        fresh = dict(islice(liquid.emitters.items(), len(self._simulators.fluid.emitters), None))
         if fresh:
-            problems = list(pipe_problems(replace(scenario, emitters=fresh), self.present_meshes()))
+            problems = list(pipe_problems(replace(liquid, emitters=fresh), self.present_meshes()))
             if problems:
                 raise ScenarioError(problems, "oilsim")
-        return [pipe_of(settings, scenario.fluid.particle_spacing) for settings in fresh.values()]
+        return [pipe_of(settings, liquid.spacing) for settings in fresh.values()]
 
-    def _new_sources(self, scenario: RunSpec) -> Sequence[SpillSource]:
+    def _new_sources(self, liquid: LiquidSpec, left_out: Sequence[str]) -> Sequence[SpillSource]:
         """Create the sources of oil that the slick does not have yet; none in a run without parcels."""
         if self._simulators.slick is None:
             return []
         from scenarios.setup.at_sea.parcels import new_sources  # only a run with parcels pays for its kernels
 
-        return new_sources(self._simulators.slick, scenario)
+        return new_sources(self._simulators.slick, liquid, left_out)
 
-    def _pour(self, scenario: RunSpec, pipes: Sequence[PipeEmitter], sources: Sequence[SpillSource]) -> None:
-        """Add pipes and sources, and let all of them pour as the scenario says."""
+    def _pour(self, liquid: LiquidSpec, pipes: Sequence[PipeEmitter], sources: Sequence[SpillSource]) -> None:
+        """Add pipes and sources, and let all of them pour as ordered."""
         fluid, slick = self._simulators.fluid, self._simulators.slick
         for pipe in pipes:
             fluid.add_emitter(pipe)
-        for emitter, settings in zip(fluid.emitters, scenario.emitters.values(), strict=True):
+        for emitter, settings in zip(fluid.emitters, liquid.emitters.values(), strict=True):
             emitter.speed = settings.speed
         if slick is not None:
             from scenarios.setup.at_sea.parcels import rate_of
 
             slick.sources += sources
             for source in slick.sources:
-                source.rate = rate_of(scenario.sources[source.name])
+                source.rate = rate_of(liquid.sources[source.name])
 
 
 def _values(key: str, scenario: RunSpec) -> list[tuple[str, Any]]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,10 +19,11 @@ from oilsim.core.config import FluidConfig, longest_time_step
 from oilsim.window.settings import WindowSettings
 from scenarios.schema.bodies import Fixed
 from scenarios.schema.liquid import BlockFill, Fill, SlabFill, Tank
+from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
 from scenarios.setup.too_late import never_comes
-from scenarios.spec.resolve import RunSpec, deep_to_the_floor, resolve
+from scenarios.spec.resolve import LiquidSpec, RunSpec, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -61,18 +62,21 @@ class Cost:
     told: tuple[str, ...] = ()
 
 
-def require_memory(scenario: RunSpec) -> None:
-    """Require that this machine's memory can hold the scene, by volumes and areas alone, before anything is built; else ScenarioError."""
-    fluid = scenario.fluid
+def require_memory(liquid: LiquidSpec, end: float) -> None:
+    """Require that this machine's memory can hold the scene, before anything is built; else ScenarioError.
+
+    Volumes and areas alone tell it; end [s] of the run, until which pipes let liquid in.
+    """
+    fluid = liquid.fluid
     plane = fluid.dimension == 2
-    counts = {f"fill.{name}": _filled(fill, scenario.domain, plane) for name, fill in scenario.fill.items()}
+    counts = {f"fill.{name}": _filled(fill, liquid.domain, plane) for name, fill in liquid.fill.items()}
     needs = {
         key: BYTES_PER_PARTICLE * measure / fluid.particle_spacing**fluid.dimension for key, measure in counts.items()
     }
     pitch = BOUNDARY_SPACING * fluid.particle_spacing
-    closed = sum(_wall_measure(tank, plane) for tank in scenario.tanks)
+    closed = _wall_measure(liquid.domain, plane) if liquid.in_tank else 0.0
     needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * closed / pitch ** (fluid.dimension - 1)
-    needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(scenario).values())}
+    needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(liquid, end).values())}
     there = memory_there()
     if sum(needs.values()) > there:
         key = max(needs, key=lambda key: needs[key])
@@ -103,24 +107,24 @@ def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
     return float(extent[0] * extent[2] if plane else extent.prod())
 
 
-def estimate(scenario: Scenario) -> Cost:
+def estimate(scenario: Scenario | RunSpec) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
-    scenario = resolve(scenario)
-    missing = (*scenario.left_out_in_words, *never_comes(scenario))
-    require_memory(scenario)
-    positions, left_out, solids, level = _start(scenario)
-    particles = dict.fromkeys(scenario.phases, 0)
+    spec = resolve(scenario)
+    liquid, run = spec.liquid, spec.run
+    require_memory(liquid, run.duration)
+    positions, left_out, solids, level = _start(spec)
+    particles = dict.fromkeys(liquid.phases, 0)
     for name, points in positions.items():
-        particles[scenario.fill[name].phase] += len(points)
-    windows = _windows(scenario)
+        particles[liquid.fill[name].phase] += len(points)
+    windows = [one.settings(spec.fluid) for one in spec.window.values()]
     if windows:
-        water = next(name for name, phase in sorted(scenario.phases.items(), key=lambda item: item[1].is_oil))
+        water = next(name for name, phase in sorted(liquid.phases.items(), key=lambda item: item[1].is_oil))
         particles[water] += sum(one.particle_count for one in windows)
-    emitted = _emitted(scenario)
-    boundary = _boundary(scenario, solids) if scenario.tanks else {}
-    threads = scenario.run.threads or os.cpu_count() or 1
-    steps = _steps(scenario, [float(points[:, 2].max()) for points in positions.values()])
-    remarks, own_steps = _of_windows(scenario, windows, solids, level)
+    emitted = _emitted(liquid, run.duration)
+    boundary = _boundary(liquid, solids) if liquid.in_tank else {}
+    threads = run.threads or os.cpu_count() or 1
+    steps = _steps(liquid, run, [float(points[:, 2].max()) for points in positions.values()])
+    remarks, own_steps = _of_windows(spec, windows, solids, level)
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
@@ -133,113 +137,112 @@ def estimate(scenario: Scenario) -> Cost:
         threads=threads,
         memory=BYTES_AT_REST + BYTES_PER_PARTICLE * most + BYTES_PER_BOUNDARY_PARTICLE * walls,
         told=(
-            *_told(scenario, solids, level, _of_interfaces(scenario, positions)),
-            *missing,
+            *_told(spec, solids, level, _of_interfaces(spec, positions)),
+            *spec.left_out_in_words,
+            *never_comes(run.duration, spec.tow, {**liquid.emitters, **liquid.sources}, spec.injects),
             *remarks,
         ),
-        seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps * own_steps + _body_seconds(scenario),
+        seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps * own_steps + _body_seconds(spec),
     )
 
 
-def _windows(scenario: RunSpec) -> list[WindowSettings]:
-    """Return the descriptions of the windows of a run; none without any."""
-    return [one.settings(scenario.fluid) for one in scenario.window.values()]
-
-
 def _of_windows(
-    scenario: RunSpec, windows: Sequence[WindowSettings], solids: Sequence[Solid], level: float
+    spec: RunSpec, windows: Sequence[WindowSettings], solids: Sequence[Solid], level: float
 ) -> tuple[tuple[str, ...], float]:
     """Return what is to be told of windows, and the mean steps of their particles in each of the communication; 1 without one."""
     if not windows:
         return (), 1.0
-    from scenarios.setup.afloat.fleet import water_density  # only such a run pays for particles
-    from scenarios.setup.at_sea.window import require_water, window_facts, window_remarks
+    from scenarios.setup.at_sea.window import require_water, window_facts, window_remarks  # only such a run pays for it
     from scenarios.spec.window_choice import fluid_steps
 
-    sea = build_sea(scenario, water_density(scenario))
-    steps = [fluid_steps(scenario, one) for one in windows]
+    fluid, step = spec.fluid, spec.run.communication_step
+    sea = build_sea(spec.sea_at(level), spec.run, spec.site, spec.liquid, spec.liquid.water_density)
+    steps = [fluid_steps(one, fluid.gravity, step) for one in windows]
     mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
-    beyond = require_water(scenario, solids, level) if solids else ()
-    return (*window_facts(scenario), *window_remarks(scenario, sea), *beyond), mean
+    beyond = require_water(spec.window, fluid, solids, level) if solids else ()
+    remarks = window_remarks(spec.window, fluid, sea, spec.booms, spec.places)
+    return (*window_facts(spec.window, fluid, step), *remarks, *beyond), mean
 
 
-def _start(scenario: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:
+def _start(spec: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:
     """Return particles by region, the liquid that bodies displace in words, all bodies and, with bodies, the level of the water [m].
 
     Code for bodies is imported only if needed.
     """
-    if not (scenario.bodies or scenario.vessels or scenario.booms or scenario.emitters):
-        fluid = scenario.fluid
-        positions = starting_positions(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension)
-        top = max((float(one[:, 2].max()) for one in positions.values() if len(one)), default=scenario.domain.lower[2])
-        if scenario.sea.waves or scenario.sea.current or scenario.sea.wind:
-            build_sea(replace(scenario, sea=deep_to_the_floor(scenario, top)))  # for its problems
+    if not (spec.bodies or spec.vessels or spec.booms or spec.emitters):
+        fluid, domain = spec.fluid, spec.domain
+        positions = starting_positions(spec.fill, domain, fluid.particle_spacing, fluid.dimension)
+        top = max((float(one[:, 2].max()) for one in positions.values() if len(one)), default=domain.lower[2])
+        if spec.sea.waves or spec.sea.current or spec.sea.wind:
+            build_sea(spec.sea_at(top), spec.run, spec.site, spec.liquid)  # for its problems
         return positions, {}, (), 0.0
     from scenarios.setup.layout import lay_out
 
-    layout = lay_out(scenario)
-    return layout.positions, layout.left_out, layout.solids, layout.level
+    layout = lay_out(spec)
+    return layout.positions, layout.left_out, layout.solids, layout.waters.level
 
 
-def _assumed(scenario: RunSpec) -> list[str]:
-    """Say which tensions are assumed; the code, which loads trimesh and numba, is imported only for booms and interfaces that pull."""
-    if not scenario.booms and not scenario.fluid.interfacial_tension:
-        return []
-    from scenarios.setup.afloat.boom_losses import assumed_tensions
-
-    return assumed_tensions(scenario)
-
-
-def _of_interfaces(scenario: RunSpec, positions: Mapping[str, Array]) -> list[str]:
+def _of_interfaces(spec: RunSpec, positions: Mapping[str, Array]) -> list[str]:
     """Say what is to be said of air and of interfaces that pull; only they pay for the import."""
-    if not scenario.fluid.interfacial_tension:
+    if not spec.fluid.interfacial_tension:
         return []
     from scenarios.setup.fluid import air_remarks, interface_remarks
 
-    return [*air_remarks(scenario, positions), *interface_remarks(scenario, positions)]
+    has_bodies = bool(spec.bodies)
+    return [
+        *air_remarks(spec.liquid, positions, has_bodies=has_bodies),
+        *interface_remarks(spec.liquid, positions),
+    ]
 
 
-def _told(scenario: RunSpec, solids: Sequence[Solid], level: float, interfaces: Sequence[str]) -> tuple[str, ...]:
-    """List the warnings of fills, interfaces, bodies, booms and the sea with which a run would start; `level` [m] of the water."""
-    fluid, assumed = scenario.fluid, [*interfaces, *_assumed(scenario)]
-    fills = tuple(misfits(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension).values())
-    if not solids or not scenario.tanks:
+def _told(spec: RunSpec, solids: Sequence[Solid], level: float, interfaces: Sequence[str]) -> tuple[str, ...]:
+    """List the warnings of fills, interfaces, bodies, booms and the sea with which a run would start; `level` [m] of the water.
+
+    Code that loads trimesh and numba is imported only for what needs it.
+    """
+    fluid, assumed = spec.fluid, list(interfaces)
+    if spec.booms or fluid.interfacial_tension:
+        from scenarios.setup.afloat.boom_losses import assumed_tensions
+
+        assumed += assumed_tensions(spec.booms, spec.liquid)
+    fills = tuple(misfits(spec.fill, spec.domain, fluid.particle_spacing, fluid.dimension).values())
+    if not solids or not spec.tanks:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed)
-    from scenarios.setup.afloat.boom_remarks import boom_remarks
+    from scenarios.setup.afloat.boom_remarks import boom_remarks, waterside_of
     from scenarios.setup.solids.thin_bodies import thin_bodies, thin_samplings
 
-    spacing = scenario.fluid.particle_spacing
-    thin = thin_bodies(solids, thin_samplings(solids, spacing), spacing)
+    thin = thin_bodies(solids, thin_samplings(solids, fluid.particle_spacing), fluid.particle_spacing)
+    around = waterside_of(spec, level)
     return (
-        *fills, *(note for solid in solids for note in solid.notes), *thin.values(), *boom_remarks(scenario, level).values(),
-        *assumed,
+        *fills, *(note for solid in solids for note in solid.notes), *thin.values(),
+        *boom_remarks(spec.booms, around).values(), *assumed,
     )  # fmt: skip
 
 
-def _body_seconds(scenario: RunSpec) -> float:
+def _body_seconds(spec: RunSpec) -> float:
     """Estimate the time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
-    moving = sum(not isinstance(body.motion, Fixed) for body in scenario.bodies.values())
-    moving += len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
-    each = SECONDS_PER_BODY_STEP if scenario.tanks else SECONDS_PER_FLOATING_BODY_STEP
-    return each * moving * scenario.run.duration / scenario.run.communication_step
+    moving = sum(not isinstance(body.motion, Fixed) for body in spec.bodies.values())
+    moving += len(spec.vessels) + sum(boom.segments for boom in spec.booms.values())
+    each = SECONDS_PER_BODY_STEP if spec.tanks else SECONDS_PER_FLOATING_BODY_STEP
+    return each * moving * spec.run.duration / spec.run.communication_step
 
 
-def _emitted(scenario: RunSpec) -> dict[str, int]:
-    """Count the particles that pipes let in until the end, by phase: pi r^2 speed while the pipe is open."""
-    d = scenario.fluid.particle_spacing
+def _emitted(liquid: LiquidSpec, end: float) -> dict[str, int]:
+    """Count the particles that pipes let in until the end [s], by phase: pi r^2 speed while the pipe is open."""
+    d = liquid.spacing
     emitted: dict[str, int] = {}
-    for pipe in scenario.emitters.values():
-        poured = math.pi * pipe.radius**2 * pipe.speed * max(0.0, scenario.run.duration - pipe.start)
+    for pipe in liquid.emitters.values():
+        poured = math.pi * pipe.radius**2 * pipe.speed * max(0.0, end - pipe.start)
         volume = poured if pipe.volume is None else min(poured, pipe.volume)
         emitted[pipe.phase] = emitted.get(pipe.phase, 0) + round(volume / d**3)
     return emitted
 
 
-def _boundary(scenario: RunSpec, solids: Sequence[Solid]) -> dict[str, int]:
+def _boundary(liquid: LiquidSpec, solids: Sequence[Solid]) -> dict[str, int]:
     """Count wall and surface particles: area / the area of each; in a plane, length / the length of each."""
-    pitch = BOUNDARY_SPACING * scenario.fluid.particle_spacing
-    plane = scenario.fluid.dimension == 2
-    counts = {"tank": round(_wall_measure(scenario.domain, plane) / pitch ** (1 if plane else 2))}
+    pitch = BOUNDARY_SPACING * liquid.spacing
+    plane = liquid.fluid.dimension == 2
+    counts = {"tank": round(_wall_measure(liquid.domain, plane) / pitch ** (1 if plane else 2))}
     for solid in solids:
         if solid.wetted:
             group = solid.name.split("/")[0]
@@ -256,33 +259,33 @@ def _wall_measure(tank: Tank, plane: bool) -> float:
     return float(sum(np.prod(np.delete(extent, "xyz".index(side[1]))) for side in sides))
 
 
-def longest_step(scenario: RunSpec) -> float:
+def longest_step(liquid: LiquidSpec) -> float:
     """Return the longest step [s] that the settings, the spacing and tensions allow; ScenarioError where they leave none."""
-    if not scenario.fluid.interfacial_tension:
-        return longest_time_step(scenario.fluid)
+    if not liquid.fluid.interfacial_tension:
+        return longest_time_step(liquid.fluid)
     from scenarios.setup.fluid import fluid_config  # only interfaces that pull pay for the import
 
     try:
-        config = fluid_config(scenario)
+        config = fluid_config(liquid)
     except ValueError as problem:
         raise ScenarioError([Problem("", f"fluid cannot be built: {problem}")]) from problem
     return min(config.longest_time_step, config.capillary_time_step)
 
 
-def _steps(scenario: RunSpec, tops: list[float]) -> int:
+def _steps(liquid: LiquidSpec, run: RunSettings, tops: list[float]) -> int:
     """Estimate the steps of the fluid from the communication step, the largest step, and the motion of the fastest particle.
 
     Its speed over the whole run is `TYPICAL_SPEED` sqrt(g h), with h the height from the tank's floor to the highest liquid at the start
     (`tops` of the regions [m], and pipes). This is less than in a dam break and more than in water at rest.
     Without particles, steps are those of the communication.
     """
-    settings, run = scenario.fluid, scenario.run
-    if not scenario.tanks:
+    settings = liquid.fluid
+    if not liquid.in_tank:
         return math.ceil(run.duration / run.communication_step - 1e-9)
-    tops = tops + [pipe.mouth[2] for pipe in scenario.emitters.values()]
+    tops = tops + [pipe.mouth[2] for pipe in liquid.emitters.values()]
     gravity = float(np.linalg.norm(settings.gravity))
-    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - scenario.domain.lower[2]))
+    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - liquid.domain.lower[2]))
     free = FluidConfig.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
-    step = max(settings.minimum_time_step, min(longest_step(scenario), run.communication_step, free))
+    step = max(settings.minimum_time_step, min(longest_step(liquid), run.communication_step, free))
     per_communication = math.ceil(run.communication_step / step - 1e-9)
     return math.ceil(run.duration / run.communication_step - 1e-9) * per_communication

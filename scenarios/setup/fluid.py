@@ -18,9 +18,10 @@ from oilsim.fluid.emitter import HOLD
 from oilsim.sea import Sea, SeaForcing, Zone
 from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank, ZoneSettings
 from scenarios.schema.parsing.quantity_fields import Vector
+from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.afloat.boom_losses import has_tension, tension_of
 from scenarios.setup.fill_lattice import Lattice, starting_positions, within
-from scenarios.spec.resolve import RunSpec
+from scenarios.spec.resolve import LiquidSpec
 from scenarios.text.problems import Problem
 
 Array = NDArray[np.float64]
@@ -31,12 +32,12 @@ STILL_AIR = 0.04
 FULL = 0.995  # of a tank's particles, from which on liquid counts as filling it; as in `oilsim.stages.relaxation`
 
 
-def fluid_config(scenario: RunSpec) -> FluidConfig:
-    """Create the fluid core's configuration for a scenario's liquid.
+def fluid_config(liquid: LiquidSpec) -> FluidConfig:
+    """Create the fluid core's configuration for the liquid of a run.
 
     Behind a closed side the domain continues for one spacing, so that a particle that is pressed onto the wall does not count as lost.
     """
-    tank, settings = scenario.domain, scenario.fluid
+    tank, settings = liquid.domain, liquid.fluid
     margin = LEAK_MARGIN * settings.particle_spacing
     lower = [low - margin * (f"-{axis}" in tank.closed_sides) for axis, low in zip("xyz", tank.lower, strict=True)]
     upper = [high + margin * (f"+{axis}" in tank.closed_sides) for axis, high in zip("xyz", tank.upper, strict=True)]
@@ -49,7 +50,7 @@ def fluid_config(scenario: RunSpec) -> FluidConfig:
                 adhesion=phase.adhesion,
                 interfacial_tension=tension_of(phase) if settings.interfacial_tension and has_tension(phase) else 0.0,
             )
-            for name, phase in scenario.phases.items()
+            for name, phase in liquid.phases.items()
         ),
         lower=(lower[0], lower[1], lower[2]),
         upper=(upper[0], upper[1], upper[2]),
@@ -58,33 +59,33 @@ def fluid_config(scenario: RunSpec) -> FluidConfig:
     )
 
 
-def air_remarks(scenario: RunSpec, positions: Mapping[str, Array]) -> list[str]:
+def air_remarks(liquid: LiquidSpec, positions: Mapping[str, Array], *, has_bodies: bool) -> list[str]:
     """Say where air is too thin for its particles to rest, or leaves room; positions (N, 3) [m] of the particles, by region."""
-    remarks, spacing = list[str](), scenario.fluid.particle_spacing
-    airs = {name: phase for name, phase in scenario.phases.items() if phase.is_air}
+    remarks, spacing = list[str](), liquid.spacing
+    airs = {name: phase for name, phase in liquid.phases.items() if phase.is_air}
     for name, phase in airs.items():
         least = STILL_AIR * math.sqrt(phase.rest_density * tension_of(phase) * spacing)
         if phase.viscosity < least:
             text = f"phases.{name}: with less than {least:.2g} Pa s its particles move by themselves beside a surface, and push it about"
             remarks.append(text)
-    share = _filled(scenario, positions)
-    if airs and not scenario.bodies and share < FULL:
+    share = _filled(liquid, positions)
+    if airs and not has_bodies and share < FULL:
         remarks.append(
             f"particles fill {100.0 * share:.0f} % of the tank: surfaces in air hold together in a full tank only"
         )
     return remarks
 
 
-def interface_remarks(scenario: RunSpec, positions: Mapping[str, Array]) -> list[str]:
+def interface_remarks(liquid: LiquidSpec, positions: Mapping[str, Array]) -> list[str]:
     """Say how deep interfaces break up under a free surface, where that is more than the uppermost particles' half a spacing.
 
     positions (N, 3) [m] of the particles, by region.
     """
-    pulls = scenario.fluid.interfacial_tension
-    has_air = any(phase.is_air for phase in scenario.phases.values())
-    if not pulls or has_air or _filled(scenario, positions) >= FULL:
+    pulls = liquid.fluid.interfacial_tension
+    has_air = any(phase.is_air for phase in liquid.phases.values())
+    if not pulls or has_air or _filled(liquid, positions) >= FULL:
         return []
-    config = fluid_config(scenario)
+    config = fluid_config(liquid)
     weak = weak_depth(config.phases, config.particle_spacing, float(np.linalg.norm(config.gravity)))
     if weak <= 0.5 * config.particle_spacing:
         return []
@@ -94,18 +95,18 @@ def interface_remarks(scenario: RunSpec, positions: Mapping[str, Array]) -> list
     ]
 
 
-def _filled(scenario: RunSpec, positions: Mapping[str, Array]) -> float:
+def _filled(liquid: LiquidSpec, positions: Mapping[str, Array]) -> float:
     """Return the share of the tank that particles fill; positions (N, 3) [m], by region."""
-    room = Lattice(scenario.domain, scenario.fluid.particle_spacing, scenario.fluid.dimension).count.tolist()
-    whole = room[0] * room[2] * (1 if scenario.fluid.dimension == 2 else room[1])
+    room = Lattice(liquid.domain, liquid.spacing, liquid.fluid.dimension).count.tolist()
+    whole = room[0] * room[2] * (1 if liquid.fluid.dimension == 2 else room[1])
     return sum(map(len, positions.values())) / whole
 
 
-def fill_positions(scenario: RunSpec, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
+def fill_positions(liquid: LiquidSpec, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
     """Return particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or at its surface."""
-    spacing, dimension = scenario.fluid.particle_spacing, scenario.fluid.dimension
-    positions = starting_positions(scenario.fill, scenario.domain, spacing, dimension)
-    return clear_of(solids, positions, scenario.domain, spacing)
+    spacing, dimension = liquid.spacing, liquid.fluid.dimension
+    positions = starting_positions(liquid.fill, liquid.domain, spacing, dimension)
+    return clear_of(solids, positions, liquid.domain, spacing)
 
 
 def clear_of(
@@ -142,29 +143,31 @@ def _inside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[
     return near[SignedDistance(solid).phi(points[near]) < clearance * (1.0 - 1e-6)] if near.size else near
 
 
-def water_level(scenario: RunSpec, positions: Mapping[str, Array]) -> float:
+def water_level(liquid: LiquidSpec, positions: Mapping[str, Array]) -> float:
     """Return the height [m] of the still water: the top of the liquid that is not oil at the start, or of the oil if there is no other.
 
     positions (N, 3) [m] of the particles, by region.
     """
-    half = 0.5 * scenario.fluid.particle_spacing
+    half = 0.5 * liquid.spacing
     tops = {name: float(points[:, 2].max()) + half for name, points in positions.items() if len(points)}
-    phases = {name: scenario.phases[scenario.fill[name].phase] for name in tops}
+    phases = {name: liquid.phases[liquid.fill[name].phase] for name in tops}
     water = [top for name, top in tops.items() if not (phases[name].is_oil or phases[name].is_air)]
-    return max(water or tops.values(), default=scenario.domain.lower[2])
+    return max(water or tops.values(), default=liquid.domain.lower[2])
 
 
-def build_fluid(scenario: RunSpec, positions: Mapping[str, Array], sea: Sea) -> tuple[Fluid, int | None]:
+def build_fluid(
+    liquid: LiquidSpec, run: RunSettings, positions: Mapping[str, Array], sea: Sea
+) -> tuple[Fluid, int | None]:
     """Build the fluid with its particles and pipes, driven by a sea; return it with the handle of its tank walls, if there are any.
 
     positions (N, 3) [m] of the particles, by region.
     """
-    settings, tank = scenario.fluid, scenario.domain
-    config = fluid_config(scenario)
-    fluid = Fluid(config, threads=scenario.run.threads)
+    settings, tank = liquid.fluid, liquid.domain
+    config = fluid_config(liquid)
+    fluid = Fluid(config, threads=run.threads)
     sides = tuple(side for side in tank.closed_sides if settings.dimension == 3 or side[1] != "y")
     handle = None
-    if sides and scenario.tanks:
+    if sides and liquid.in_tank:
         walls = tank_walls(
             tank.lower,
             tank.upper,
@@ -175,23 +178,23 @@ def build_fluid(scenario: RunSpec, positions: Mapping[str, Array], sea: Sea) -> 
             no_slip=tank.no_slip,
         )
         handle = fluid.add_boundary(replace(walls, contact_angle=tank.contact_angle))
-    driving = SeaForcing(sea, spacing=settings.particle_spacing, zones=zones_of(scenario, sea))
-    velocities = _starting_velocities(scenario, positions, driving)
-    for name, fill in scenario.fill.items():
+    driving = SeaForcing(sea, spacing=settings.particle_spacing, zones=zones_of(liquid, sea))
+    velocities = _starting_velocities(liquid, positions, driving)
+    for name, fill in liquid.fill.items():
         fluid.add_particles(positions[name], phase=fill.phase, velocity=velocities[name])
-    for pipe in scenario.emitters.values():
+    for pipe in liquid.emitters.values():
         fluid.add_emitter(pipe_of(pipe, settings.particle_spacing))
-    if scenario.tanks and driving.acts:
+    if liquid.in_tank and driving.acts:
         fluid.add_forcing(driving)
-    if scenario.run.budget:
+    if run.budget:
         fluid.watch()
     return fluid, handle
 
 
-def pipe_problems(scenario: RunSpec, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
+def pipe_problems(liquid: LiquidSpec, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
     """Yield problems of pipes that reach out of the tank, or into a body at the start (meshes in the world frame)."""
-    tank, spacing = scenario.domain, scenario.fluid.particle_spacing
-    for name, settings in scenario.emitters.items():
+    tank, spacing = liquid.domain, liquid.spacing
+    for name, settings in liquid.emitters.items():
         points = pipe_of(settings, spacing).entrance
         for axis in (axis for axis in range(3) if "xyz"[axis] not in tank.periodic):
             low, high = points[:, axis].min(), points[:, axis].max()
@@ -220,17 +223,17 @@ def pipe_of(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
     )
 
 
-def zones_of(scenario: RunSpec, sea: Sea) -> tuple[Zone, ...]:
+def zones_of(liquid: LiquidSpec, sea: Sea) -> tuple[Zone, ...]:
     """Return the zones of the tank in which the water follows the sea; without any, the whole tank is one where the sea moves."""
-    zones = list(scenario.domain.zones.values())
+    zones = list(liquid.domain.zones.values())
     if not zones and (sea.description.waves is not None or sea.description.current is not None):
         zones = [ZoneSettings()]
-    return tuple(_zone(one, scenario) for one in zones)
+    return tuple(_zone(one, liquid) for one in zones)
 
 
-def drive(fluid: Fluid, scenario: RunSpec, sea: Sea) -> None:
-    """Let another sea drive the fluid of a tank from now on; `scenario` is that of the start."""
-    driving = SeaForcing(sea, spacing=scenario.fluid.particle_spacing, zones=zones_of(scenario, sea))
+def drive(fluid: Fluid, liquid: LiquidSpec, sea: Sea) -> None:
+    """Let another sea drive the fluid of a tank from now on; `liquid` is that of the start."""
+    driving = SeaForcing(sea, spacing=liquid.spacing, zones=zones_of(liquid, sea))
     present = [place for place, one in enumerate(fluid.forcings) if isinstance(one, SeaForcing)]
     if present:
         fluid.forcings[present[0]] = driving
@@ -239,14 +242,14 @@ def drive(fluid: Fluid, scenario: RunSpec, sea: Sea) -> None:
 
 
 def _starting_velocities(
-    scenario: RunSpec, positions: Mapping[str, Array], driving: SeaForcing
+    liquid: LiquidSpec, positions: Mapping[str, Array], driving: SeaForcing
 ) -> dict[str, Array | Vector]:
     """Return the velocities (N, 3) or (3,) [m/s] at the start, by region: as stated, else of current and drift through the whole tank.
 
     Along an axis with a wall, as much water flows back below as the wind's drift takes along at the surface.
     """
-    fills, sea = scenario.fill, driving.sea
-    everywhere = any(one.lower is None for one in scenario.domain.zones.values()) or not scenario.domain.zones
+    fills, sea = liquid.fill, driving.sea
+    everywhere = any(one.lower is None for one in liquid.domain.zones.values()) or not liquid.domain.zones
     found = dict[str, Array | Vector]()
     for name, points in positions.items():
         flow = sea.current(points[:, 2], 0.0) if everywhere else np.zeros((len(points), 2))
@@ -257,17 +260,17 @@ def _starting_velocities(
     own = {name: driving.drift(positions[name][:, 2], 0.0) for name in carried}
     mean = np.concatenate(list(own.values())).mean(axis=0)
     for axis, name in enumerate("xy"):
-        if f"-{name}" not in scenario.domain.closed_sides and f"+{name}" not in scenario.domain.closed_sides:
+        if f"-{name}" not in liquid.domain.closed_sides and f"+{name}" not in liquid.domain.closed_sides:
             mean[axis] = 0.0
     return found | {name: found[name] + np.pad(drift - mean, ((0, 0), (0, 1))) for name, drift in own.items()}
 
 
-def _zone(settings: ZoneSettings, scenario: RunSpec) -> Zone:
+def _zone(settings: ZoneSettings, liquid: LiquidSpec) -> Zone:
     """Return a zone; where it ends at a side of the tank, it goes on for the width of its edge, and is whole up to there."""
-    tank, edge = scenario.domain, settings.edge
+    tank, edge = liquid.domain, settings.edge
     lower, upper = list(settings.lower or tank.lower), list(settings.upper or tank.upper)
     for axis in (0, 1):
-        in_plane = scenario.fluid.dimension == 2 and axis == 1
+        in_plane = liquid.fluid.dimension == 2 and axis == 1
         lower[axis] -= edge if in_plane or lower[axis] <= tank.lower[axis] else 0.0
         upper[axis] += edge if in_plane or upper[axis] >= tank.upper[axis] else 0.0
     corners = (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])

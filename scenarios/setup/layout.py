@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
@@ -15,15 +15,16 @@ from oilsim.sea import Sea
 from recordings.model.words import volume_in_words
 from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
-from scenarios.schema.probe_settings import BodyProbe
-from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, place_fleet, water_density
+from scenarios.schema.probe_settings import BodyProbe, Probe
+from scenarios.schema.run_settings import RunSettings
+from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, Placing, Waters, place_fleet
 from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
 from scenarios.setup.fill_lattice import empty_regions, placed_regions
 from scenarios.setup.fluid import clear_of, pipe_problems, water_level
 from scenarios.setup.solids.placed_solids import Solid, own_solids, table_entry, vector
-from scenarios.spec.resolve import RunSpec, deep_to_the_floor
+from scenarios.spec.resolve import LiquidSpec, RunSpec, SeaSpec
 from scenarios.text.problems import Problem, ScenarioError
 
 Array = NDArray[np.float64]
@@ -42,12 +43,12 @@ QUICK = (
 class Layout:
     """Everything in its place at the start.
 
-    level: of the still water [m]; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region that bodies
+    waters: at the start; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region that bodies
     overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of the bodies that
     exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: as it moves undisturbed.
     """
 
-    level: float
+    waters: Waters
     positions: Mapping[str, Array]
     left_out: Mapping[str, str]
     fleet: Fleet
@@ -57,56 +58,74 @@ class Layout:
     sea: Sea
 
 
-def lay_out(scenario: RunSpec) -> Layout:
+def lay_out(spec: RunSpec) -> Layout:
     """Place liquid and bodies; ScenarioError with every problem."""
-    fluid, problems = scenario.fluid, list[Problem]()
-    regions = placed_regions(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension)
-    problems += empty_regions(scenario.fill, regions, scenario.domain, fluid.particle_spacing, fluid.dimension)
-    scenario = replace(scenario, sea=deep_to_the_floor(scenario, water_level(scenario, regions)))
-    level = scenario.sea.level or 0.0
-    own = own_solids(scenario, problems)
-    fleet = place_fleet(scenario, level, own, problems)
+    liquid, fluid, problems = spec.liquid, spec.fluid, list[Problem]()
+    regions = placed_regions(liquid.fill, liquid.domain, fluid.particle_spacing, fluid.dimension)
+    problems += empty_regions(liquid.fill, regions, liquid.domain, fluid.particle_spacing, fluid.dimension)
+    sea_spec = spec.sea_at(water_level(liquid, regions))
+    waters = _waters(spec, sea_spec)
+    own = own_solids(spec.bodies, problems)
+    plan = Placing(
+        vessels=spec.vessels, booms=spec.booms, moorings=spec.moorings, ties=spec.ties, tow=spec.tow, waters=waters
+    )
+    fleet = place_fleet(plan, own, problems)
     solids = (*own, *fleet.solids)
-    beach = beach_of(scenario)
-    if beach is not None:
-        solids = (*solids, shore_solid(beach, scenario.sea.depth or 0.0))
-    unsampled = [] if not scenario.tanks else list(_sampling_problems(solids, fluid.particle_spacing))
+    if waters.beach is not None:
+        solids = (*solids, shore_solid(waters.beach, sea_spec.depth))
+    unsampled = list(_sampling_problems(solids, fluid.particle_spacing)) if liquid.in_tank else []
     problems += unsampled
     refused = {problem.path for problem in unsampled}
     # a refused body is not looked for in the liquid: a tank that repeats would hold one of a thousand kilometres in thousands of places
     placed = [solid for solid in solids if table_entry(solid.name) not in refused]
     meshes = {solid.name: solid.world_mesh() for solid in placed if solid.wetted}
-    positions = clear_of(meshes.values(), regions, scenario.domain, fluid.particle_spacing)
+    positions = clear_of(meshes.values(), regions, liquid.domain, fluid.particle_spacing)
     problems += _displaced_regions(regions, positions)
-    problems += pipe_problems(scenario, meshes)
-    problems += _out_of_reach(solids, meshes, scenario.domain)
-    coupled = _coupled(scenario, solids)
+    problems += pipe_problems(liquid, meshes)
+    problems += _out_of_reach(solids, meshes, liquid.domain)
+    coupled = _coupled(spec.probes, solids)
     # windows meet fixed bodies by their poses in the world too
-    met = coupled or (scenario.window and any(solid.wetted for solid in solids))
-    world = _world(scenario, solids, fleet, problems) if met else None
-    sea = _sea(scenario, problems)
+    met = coupled or (spec.window and any(solid.wetted for solid in solids))
+    world = _world(plan, liquid, spec.run, solids, fleet, problems) if met else None
+    sea = _sea(spec, sea_spec, problems)
     if problems or sea is None:
-        raise ScenarioError(problems, scenario.name)
-    if world is not None and not scenario.tanks:
-        load_bodies(world, scenario, sea, fleet, solids)
+        raise ScenarioError(problems, spec.name)
+    if world is not None and not liquid.in_tank:
+        load_bodies(world, spec.booms, sea, fleet, solids)
     return Layout(
-        level=level,
+        waters=waters,
         positions=positions,
         left_out=dict(
             _left_out(regions, positions, fluid.particle_spacing**fluid.dimension)
         ),  # a plane is a metre thick
         fleet=fleet,
         solids=solids,
-        coupled=coupled if scenario.tanks else (),
+        coupled=coupled if liquid.in_tank else (),
         world=world,
         sea=sea,
     )
 
 
-def _sea(scenario: RunSpec, problems: list[Problem]) -> Sea | None:
+def _waters(spec: RunSpec, sea: SeaSpec) -> Waters:
+    """Return the waters of a run at the start."""
+    floor = None if "-z" in spec.domain.open else spec.domain.lower[2]
+    return Waters(
+        level=sea.level,
+        density=spec.liquid.water_density,
+        ground=floor if spec.tanks else sea.level - sea.depth,
+        beach=beach_of(spec.shore, sea.level),
+        current=sea.steady_current,
+        orbital_speed=spec.orbital_speed,
+        is_windy=sea.wind is not None,
+        in_tank=bool(spec.tanks),
+        spacing=spec.coarsest_spacing,
+    )
+
+
+def _sea(spec: RunSpec, sea: SeaSpec, problems: list[Problem]) -> Sea | None:
     """Build the sea; what is wrong with it, its files included, is added to `problems`, and the sea is None."""
     try:
-        return build_sea(scenario, water_density(scenario))
+        return build_sea(sea, spec.run, spec.site, spec.liquid, spec.liquid.water_density)
     except ScenarioError as error:
         problems += error.problems
     return None
@@ -140,9 +159,9 @@ def _out_of_reach(solids: Sequence[Solid], meshes: Mapping[str, trimesh.Trimesh]
                 yield Problem(table_entry(name), text)
 
 
-def _coupled(scenario: RunSpec, solids: Sequence[Solid]) -> tuple[str, ...]:
+def _coupled(probes: Mapping[str, Probe], solids: Sequence[Solid]) -> tuple[str, ...]:
     """List the bodies that exchange motion and wrench with the fluid: moving ones, and fixed ones whose force is asked for."""
-    probed = {probe.body for probe in scenario.probes.values() if isinstance(probe, BodyProbe)}
+    probed = {probe.body for probe in probes.values() if isinstance(probe, BodyProbe)}
     return tuple(solid.name for solid in solids if solid.wetted and (solid.motion != "fixed" or solid.name in probed))
 
 
@@ -157,11 +176,17 @@ def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Prob
                 yield Problem(table_entry(solid.name), f"cannot be sampled with particles: {error}")
 
 
-def _world(scenario: RunSpec, solids: Sequence[Solid], fleet: Fleet, problems: list[Problem]) -> RigidBodyWorld:
+def _world(
+    plan: Placing,
+    liquid: LiquidSpec,
+    run: RunSettings,
+    solids: Sequence[Solid],
+    fleet: Fleet,
+    problems: list[Problem],
+) -> RigidBodyWorld:
     """Put all solids and joints into one rigid-body world, with the tank's walls if a body could run into them."""
-    sub_step = SUB_STEP if scenario.tanks else SEA_SUB_STEP
-    step = scenario.run.communication_step
-    world = RigidBodyWorld(gravity=scenario.fluid.gravity, sub_step=sub_step, communication_step=step)
+    sub_step, beach = SUB_STEP if liquid.in_tank else SEA_SUB_STEP, plan.waters.beach
+    world = RigidBodyWorld(gravity=liquid.fluid.gravity, sub_step=sub_step, communication_step=run.communication_step)
     for solid in solids:
         placed = solid.placed
         x, y, z, w = (float(part) for part in placed.orientation)
@@ -176,23 +201,22 @@ def _world(scenario: RunSpec, solids: Sequence[Solid], fleet: Fleet, problems: l
             friction=FRICTION if solid.contact else None,
         )
     if any(solid.motion == "free" and solid.contact for solid in solids):
-        _add_tank_sides(world, scenario.domain)
-        beach = beach_of(scenario)
+        _add_tank_sides(world, liquid.domain)
         if beach is not None:
             world.add_half_space(beach.waterline, beach.normal)
     for joint in fleet.joints:
         world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
-    for name, boom in scenario.booms.items():
+    for name, boom in plan.booms.items():
         for joint_number in boom.parted if name in fleet.booms else ():
             world.part_joint(joint_name(name, joint_number))
     _add_lines(world, fleet, problems)
-    for name, tie in scenario.ties.items():
+    for name, tie in plan.ties.items():
         if tie.waits and tie_name(name) in world.lines.names:
             world.loosen_line(tie_name(name))
         if tie.parted and tie_name(name) in world.lines.names:
             world.part_line(tie_name(name))
     add_legs(world, fleet.legs, problems)
-    problems += _overlaps(world, scenario, solids)
+    problems += _overlaps(world, liquid, solids, has_shore=beach is not None)
     return world
 
 
@@ -213,19 +237,21 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
             problems.append(Problem(key, f"cannot be used: {error}"))
 
 
-def _overlaps(world: RigidBodyWorld, scenario: RunSpec, solids: Sequence[Solid]) -> Iterator[Problem]:
+def _overlaps(
+    world: RigidBodyWorld, liquid: LiquidSpec, solids: Sequence[Solid], *, has_shore: bool
+) -> Iterator[Problem]:
     """Yield problems of bodies that overlap deeply with each other, with a side of the tank or the shore; of a boom, only the worst."""
-    sides = "a side of the tank" if beach_of(scenario) is None else "the shore, or a side of the tank,"
-    if beach_of(scenario) is not None and not scenario.domain.closed_sides:
+    sides = "the shore, or a side of the tank," if has_shore else "a side of the tank"
+    if has_shore and not liquid.domain.closed_sides:
         sides = "the shore"
     placed = {solid.name: solid for solid in solids}
-    allowed, worst = DEEPEST_OVERLAP * scenario.fluid.particle_spacing, dict[tuple[str, str], tuple[str, str, float]]()
+    allowed, worst = DEEPEST_OVERLAP * liquid.spacing, dict[tuple[str, str], tuple[str, str, float]]()
     for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
         if depth > allowed:
             worst[table_entry(one), other and table_entry(other)] = one, other, depth
     for (table, _), (one, other, depth) in worst.items():
         where = f"body {other!r}" if other else sides
-        if not other and _is_outside(placed[one], scenario.domain):
+        if not other and _is_outside(placed[one], liquid.domain):
             yield Problem(
                 table, f"has body {one!r} outside the tank at the start, by {depth:.3g} m, allowed: inside it"
             )

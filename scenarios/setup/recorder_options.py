@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from recordings.model.sample import grid_within
-from scenarios.spec.resolve import RunSpec
+from scenarios.schema.liquid import PhaseSettings
 
 FINE = 32  # fewest grid cells in a particle spacing
 THINNED = 2  # frames for one frame with water, in a scenario with oil
@@ -13,20 +15,18 @@ SEA_RATE = 2.5
 SURFACED = 0.5
 
 
-def grid(scenario: RunSpec) -> float | None:
-    """Return the grid [m], a power of two, on which positions are recorded; None keeps every bit."""
-    wanted = scenario.recording.precision
-    if wanted is None:
-        wanted = scenario.fluid.particle_spacing / FINE
+def grid(precision: float | None, spacing: float) -> float | None:
+    """Return the grid [m], a power of two, on which positions are recorded; None keeps every bit; spacing [m] of the particles."""
+    wanted = spacing / FINE if precision is None else precision
     return grid_within(wanted) if wanted > 0.0 else None
 
 
-def thinning(scenario: RunSpec) -> dict[str, int]:
+def thinning(phases: Mapping[str, PhaseSettings]) -> dict[str, int]:
     """Return, by phase, the number of frames for one with its particles; phases in every frame are left out."""
-    oily = any(phase.is_oil for phase in scenario.phases.values())
-    return {name: THINNED for name, phase in scenario.phases.items() if oily and not phase.is_oil}
+    oily = any(phase.is_oil for phase in phases.values())
+    return {name: THINNED for name, phase in phases.items() if oily and not phase.is_oil}
 
 
-def surface_rate(scenario: RunSpec) -> float:
+def surface_rate(frame_rate: float, *, in_tank: bool) -> float:
     """Return the frames with the surface of the water and the film of oil on it, a simulated second [1/s], at most."""
-    return SURFACED * scenario.recording.frame_rate if scenario.tanks else SEA_RATE
+    return SURFACED * frame_rate if in_tank else SEA_RATE

@@ -17,14 +17,15 @@ from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim import Fluid
 from oilsim.fluid.views import JointReadings
 from scenarios.schema.exercise import body_of
-from scenarios.setup.afloat.boom_remarks import boom_remarks
+from scenarios.schema.recovery import SkimmerSettings
+from scenarios.setup.afloat.boom_remarks import boom_remarks, waterside_of
 from scenarios.setup.afloat.fleet import Fleet
 from scenarios.setup.at_sea.run_sea import RunSea
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
 from scenarios.setup.solids.placed_solids import Solid, sampled
 from scenarios.setup.solids.thin_bodies import thin_bodies
-from scenarios.spec.resolve import RunSpec
+from scenarios.spec.resolve import LiquidSpec, RunSpec
 from scenarios.text.problems import problems_of
 
 if TYPE_CHECKING:
@@ -82,73 +83,76 @@ class Simulators:
         return by_sea + self.bodies.fluid.get(f"{body}.wrench") if body in self.coupled else by_sea
 
 
-def build_simulators(scenario: RunSpec) -> Simulators:
+def build_simulators(spec: RunSpec) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
-    layout = lay_out(scenario)
+    layout, liquid = lay_out(spec), spec.liquid
     solids, coupled = layout.solids, layout.coupled
-    if scenario.window:
-        return _with_windows(scenario, layout)
+    if spec.window:
+        return _with_windows(spec, layout)
     with problems_of("fluid", "cannot be built"):
-        fluid, tank = build_fluid(scenario, layout.positions, layout.sea)
-    wetted = [solid for solid in solids if solid.wetted and scenario.tanks]
-    samplings = sampled(wetted, scenario.fluid.particle_spacing)
+        fluid, tank = build_fluid(liquid, spec.run, layout.positions, layout.sea)
+    wetted = [solid for solid in solids if solid.wetted and liquid.in_tank]
+    samplings = sampled(wetted, liquid.spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
-    slick = _slick(scenario, layout)
-    skimmers = _skimmers(scenario, layout, slick)
-    requested = None if scenario.tanks else _asked(layout, slick, skimmers)
+    slick = _slick(spec, layout)
+    skimmers = _skimmers(spec.skimmers, layout, slick)
+    requested = None if liquid.in_tank else _asked(layout, slick, skimmers)
+    thin: Mapping[str, str] = {}
+    if liquid.in_tank:
+        around = waterside_of(spec, layout.waters.level)
+        thin = thin_bodies(solids, samplings, liquid.spacing) | boom_remarks(spec.booms, around)
     return Simulators(
-        scenario=scenario,
-        level=layout.level,
+        scenario=spec,
+        level=layout.waters.level,
         fleet=layout.fleet,
         solids=solids,
         coupled=coupled,
         fluid=fluid,
         tank=tank,
-        sea=_sea(scenario, layout, fluid, slick),
+        sea=_sea(liquid, layout, fluid, slick),
         bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world, requested=requested),
         world=layout.world,
         left_out=layout.left_out,
-        thin=thin_bodies(solids, samplings, scenario.fluid.particle_spacing) | boom_remarks(scenario, layout.level)
-        if scenario.tanks
-        else {},
+        thin=thin,
         notes=(
             *(note for solid in solids for note in solid.notes),
-            *scenario.left_out_in_words,
-            *air_remarks(scenario, layout.positions),
-            *interface_remarks(scenario, layout.positions),
+            *spec.left_out_in_words,
+            *air_remarks(liquid, layout.positions, has_bodies=bool(spec.bodies)),
+            *interface_remarks(liquid, layout.positions),
         ),
         slick=slick,
         skimmers=skimmers,
     )
 
 
-def _with_windows(scenario: RunSpec, layout: Layout) -> Simulators:
+def _with_windows(spec: RunSpec, layout: Layout) -> Simulators:
     """Put windows of particles into the sea; ScenarioError for bodies that cannot be sampled, and for windows that overlap."""
     from scenarios.setup.at_sea.window import (
         build_windows,
         couple_windows,
         exchange_oil,
         require_water,
-        targets_of,
+        target_of,
     )  # only such a run pays for it
 
-    beyond = require_water(scenario, layout.solids, layout.level)
-    windows = build_windows(scenario, layout.sea)
+    beyond = require_water(spec.window, spec.fluid, layout.solids, layout.waters.level)
+    windows = build_windows(spec.window, spec.liquid, spec.run.threads, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
-    targets, slick = targets_of(scenario, layout.fleet), _slick(scenario, layout)
+    targets = {name: target_of(table.target, layout.fleet) for name, table in spec.window.items()}
+    slick = _slick(spec, layout)
     if slick is not None:
-        exchange_oil(windows, slick, scenario)
+        exchange_oil(windows, slick, [name for name, phase in spec.phases.items() if phase.is_oil])
     bodies = couple_windows(windows, targets, wetted, layout.world, () if slick is None else slick.bodies)
-    notes, facts = _told(scenario, layout, windows)
+    notes, facts = _told(spec, layout, windows)
     return Simulators(
-        scenario=scenario,
-        level=layout.level,
+        scenario=spec,
+        level=layout.waters.level,
         fleet=layout.fleet,
         solids=layout.solids,
         coupled=() if layout.world is None else tuple(solid.name for solid in wetted),
         fluid=next(iter(windows.values())).fluid,
         tank=None,
-        sea=RunSea(scenario, layout.sea, lambda: 0.0, lambda: np.zeros(2)),  # whose particles move with it as it is
+        sea=RunSea(layout.sea, lambda: 0.0, lambda: np.zeros(2)),  # whose particles move with it as it is
         bodies=bodies,
         world=layout.world,
         left_out=layout.left_out,
@@ -156,34 +160,35 @@ def _with_windows(scenario: RunSpec, layout: Layout) -> Simulators:
         notes=(*notes, *beyond),
         facts=facts,
         slick=slick,
-        skimmers=_skimmers(scenario, layout, slick),
+        skimmers=_skimmers(spec.skimmers, layout, slick),
         windows=tuple(windows.values()),
     )
 
 
-def _told(scenario: RunSpec, layout: Layout, windows: Mapping[str, Window]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _told(spec: RunSpec, layout: Layout, windows: Mapping[str, Window]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return warnings and facts of a run with windows, which follow their targets already."""
     from scenarios.setup.at_sea.window import booms_in_rims, segments_borne, window_facts, window_remarks
 
-    borne = windows, layout.fleet.booms, scenario.window
+    borne = windows, layout.fleet.booms, spec.window
     mended = (note for solid in layout.solids for note in solid.notes)
-    notes = (*mended, *scenario.left_out_in_words, *window_remarks(scenario, layout.sea), *booms_in_rims(*borne))
-    return notes, (*window_facts(scenario), *segments_borne(*borne))
+    remarks = window_remarks(spec.window, spec.fluid, layout.sea, spec.booms, spec.places)
+    facts = window_facts(spec.window, spec.fluid, spec.run.communication_step)
+    return (*mended, *spec.left_out_in_words, *remarks, *booms_in_rims(*borne)), (*facts, *segments_borne(*borne))
 
 
-def _slick(scenario: RunSpec, layout: Layout) -> SlickParticipant | None:
+def _slick(spec: RunSpec, layout: Layout) -> SlickParticipant | None:
     """Build the oil of a run without particles; None in other runs, and without oil."""
-    if scenario.tanks:
+    if spec.tanks:
         return None
     from scenarios.setup.at_sea.parcels import build_slick
 
     with problems_of("fill", "cannot become a slick"):
-        return build_slick(scenario, layout.sea, layout.fleet.booms)
+        return build_slick(spec.liquid, spec.run, spec.booms, layout.sea, layout.fleet.booms, layout.waters.beach)
 
 
-def _sea(scenario: RunSpec, layout: Layout, fluid: Fluid, slick: SlickParticipant | None) -> RunSea:
+def _sea(liquid: LiquidSpec, layout: Layout, fluid: Fluid, slick: SlickParticipant | None) -> RunSea:
     """Return the sea of a run, which tells the forcing of a tank, the bodies that it loads, and the slick that it carries."""
-    world, tank = layout.world, scenario.domain
+    world, tank = layout.world, liquid.domain
     environment = None if world is None else world.environment
     middle = 0.5 * (np.array(tank.lower[:2]) + np.array(tank.upper[:2]))
 
@@ -194,7 +199,7 @@ def _sea(scenario: RunSpec, layout: Layout, fluid: Fluid, slick: SlickParticipan
     def clock() -> float:
         return fluid.time if world is None else world.time
 
-    sea = RunSea(scenario, layout.sea, clock, place)
+    sea = RunSea(layout.sea, clock, place)
     if environment is not None and world is not None:
         from oilsim.loads.morison import FloatingBodies
 
@@ -207,8 +212,8 @@ def _sea(scenario: RunSpec, layout: Layout, fluid: Fluid, slick: SlickParticipan
         from scenarios.setup.at_sea.parcels import carry_slick  # only a run with parcels pays for its kernels
 
         sea.tell(lambda now: carry_slick(slick, now, layout.fleet.booms))
-    if scenario.tanks:
-        sea.tell(lambda now: drive(fluid, scenario, now))
+    if liquid.in_tank:
+        sea.tell(lambda now: drive(fluid, liquid, now))
     return sea
 
 
@@ -219,13 +224,15 @@ def _asked(layout: Layout, slick: SlickParticipant | None, skimmers: Sequence[Sk
     return Requested(tuple(dict.fromkeys([*steered, *carried])), () if slick is None else slick.bodies)
 
 
-def _skimmers(scenario: RunSpec, layout: Layout, slick: SlickParticipant | None) -> tuple[SkimmingParticipant, ...]:
+def _skimmers(
+    settings_of: Mapping[str, SkimmerSettings], layout: Layout, slick: SlickParticipant | None
+) -> tuple[SkimmingParticipant, ...]:
     """Build the skimmers, whose code is imported only if there are some."""
-    if not scenario.skimmers:
+    if not settings_of:
         return ()
     from scenarios.setup.at_sea.skimmers import build_skimmers
 
-    return build_skimmers(scenario, slick, layout.fleet.booms)
+    return build_skimmers(settings_of, slick, layout.fleet.booms)
 
 
 def _wet(

@@ -5,12 +5,32 @@ It is resolved once, and every part of a run is built from that.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 
-from scenarios.schema.liquid import SOMEWHERE, Fill, PipeEmitterSettings, Side, Tank, top_of_water
-from scenarios.schema.probe_settings import BodyProbe
-from scenarios.schema.sea import SeaSettings
+from oilsim.core.quantity import quantity_of
+from oilsim.sea import SeaDescription
+from scenarios.schema.bodies import Body
+from scenarios.schema.criteria import CriterionSettings
+from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
+from scenarios.schema.fmu_settings import FmuSettings
+from scenarios.schema.injects import InjectSettings
+from scenarios.schema.liquid import (
+    SOMEWHERE,
+    Fill,
+    FluidSettings,
+    PhaseSettings,
+    PipeEmitterSettings,
+    Side,
+    Tank,
+    top_of_water,
+)
+from scenarios.schema.moorings import MooringSettings, TieSettings
+from scenarios.schema.probe_settings import BodyProbe, Probe
+from scenarios.schema.recovery import SkimmerSettings
+from scenarios.schema.run_settings import CameraSettings, RecordingSettings, RunSettings, SiteSettings
+from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.window import WindowTable, window_place
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
@@ -27,8 +47,47 @@ OPEN: tuple[Side, ...] = ("-x", "+x", "-y", "+y", "+z")
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunSpec(Scenario):
-    """A scenario as it is run.
+class SeaSpec(SeaSettings):
+    """The sea of a run: as that of a scenario, with numbers for its depth and its level."""
+
+    depth: float = quantity_of(SeaDescription, "depth")
+    level: float = quantity_of(SeaDescription, "level")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiquidSpec:
+    """The liquids of a run: how particles are solved, the phases, and where they are.
+
+    domain   the tank, or the part of the open sea around everything that is placed
+    in_tank  whether particles fill that domain, between its walls
+    fill, emitters   what particles fill at the start, and pipes that let them in
+    spills, sources  the same of oil that is parcels
+    """
+
+    fluid: FluidSettings
+    phases: Mapping[str, PhaseSettings]
+    domain: Tank
+    in_tank: bool
+    fill: Mapping[str, Fill] = field(default_factory=dict)
+    emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
+    spills: Mapping[str, Fill] = field(default_factory=dict)
+    sources: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
+
+    @property
+    def spacing(self) -> float:
+        """Spacing of the particles [m]."""
+        return self.fluid.particle_spacing
+
+    @property
+    def water_density(self) -> float:
+        """Density [kg/m3] of the liquid that vessels and booms float in: the first phase that is not oil, else the first."""
+        waters = [phase for phase in self.phases.values() if not phase.is_oil]
+        return (waters or list(self.phases.values()))[0].rest_density
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSpec:
+    """A scenario as it is run, with its tables as they are felt.
 
     tank      the box with walls whose particles `fill`, `emitters` and `probes` are about; None without one, and then these are empty
     window    the boxes with rims, each with numbers; empty without any
@@ -37,19 +96,75 @@ class RunSpec(Scenario):
     left_out  the entries of the file that no part of the run feels
     """
 
+    name: str
+    title: str
+    text: str
+    run: RunSettings
+    fluid: FluidSettings
+    phases: Mapping[str, PhaseSettings]
+    tank: Tank | None
+    window: Mapping[str, WindowTable]
     domain: Tank
-    spills: Mapping[str, Fill] = field(default_factory=dict)
-    sources: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
-    left_out: tuple[str, ...] = ()
+    fill: Mapping[str, Fill]
+    emitters: Mapping[str, PipeEmitterSettings]
+    spills: Mapping[str, Fill]
+    sources: Mapping[str, PipeEmitterSettings]
+    sea: SeaSettings
+    shore: ShoreSettings | None
+    bodies: Mapping[str, Body]
+    vessels: Mapping[str, VesselSettings]
+    booms: Mapping[str, BoomSettings]
+    moorings: Mapping[str, MooringSettings]
+    ties: Mapping[str, TieSettings]
+    skimmers: Mapping[str, SkimmerSettings]
+    tow: TowSettings | None
+    injects: Mapping[str, InjectSettings]
+    criteria: Mapping[str, CriterionSettings]
+    probes: Mapping[str, Probe]
+    fmus: Mapping[str, FmuSettings]
+    recording: RecordingSettings
+    camera: CameraSettings | None
+    site: SiteSettings | None
+    left_out: tuple[str, ...]
 
-    def problems(self) -> Iterator[Problem]:
-        """Yield nothing: those of the scenario have been told."""
-        yield from ()
+    def skimmers_at(self, boom: str) -> tuple[str, ...]:
+        """Return the names of the skimmers that may take the oil of a boom: on it, or on no boom."""
+        return tuple(
+            name for name, skimmer in self.skimmers.items() if skimmer.on == boom or skimmer.on not in self.booms
+        )
+
+    @property
+    def orbital_speed(self) -> float:
+        """Speed pi H / T [m/s] at which the water of the waves swings at the surface of deep water; 0 without waves."""
+        height, period = self.sea.height_and_period
+        return math.pi * height / period if period else 0.0
 
     @property
     def period(self) -> tuple[float, float]:
         """Length [m] after which the water repeats along x and y; 0 along an axis on which it does not."""
         return self.domain.period
+
+    @property
+    def liquid(self) -> LiquidSpec:
+        """The liquids of the run."""
+        return LiquidSpec(
+            in_tank=self.tank is not None,
+            **{item.name: getattr(self, item.name) for item in fields(LiquidSpec) if item.name != "in_tank"},
+        )
+
+    def sea_at(self, level: float) -> SeaSpec:
+        """Return the sea, on water up to `level` [m] where the file says nothing."""
+        return sea_of(self.sea, self.tank, self.fluid.particle_spacing, level)
+
+    @property
+    def places(self) -> list[tuple[float, float]]:
+        """Places (x, y) [m] of vessels and of the bodies of [bodies] at the start."""
+        return [*(one.position for one in self.vessels.values()), *(one.position[:2] for one in self.bodies.values())]
+
+    @property
+    def bearing(self) -> float:
+        """Bearing [rad] of the x axis, clockwise from north; without a site, east."""
+        return 0.5 * math.pi if self.site is None else self.site.bearing
 
     @property
     def tanks(self) -> tuple[Tank, ...]:
@@ -86,11 +201,11 @@ def numbered(scenario: Scenario) -> Scenario:
         from scenarios.spec.window_choice import chosen  # only such a run pays for particles
 
         scenario = chosen(scenario)
-    return _above_the_bottom(scenario, _sea(scenario).depth or 0.0)
+    return _above_the_bottom(scenario, _sea(scenario).depth)
 
 
-def resolve(scenario: Scenario) -> RunSpec:
-    """Resolve a scenario; ScenarioError for what cannot be run."""
+def resolve(scenario: Scenario | RunSpec) -> RunSpec:
+    """Resolve a scenario, unless it is; ScenarioError for what cannot be run."""
     if isinstance(scenario, RunSpec):
         return scenario
     scenario = numbered(scenario)
@@ -99,11 +214,10 @@ def resolve(scenario: Scenario) -> RunSpec:
     interval = INTERVAL if tank else INTERVAL_AT_SEA
     if recording.checkpoint_interval is None:
         recording = replace(recording, checkpoint_interval=interval)
-    changes = {item.name: getattr(scenario, item.name) for item in fields(Scenario)} | {
-        "recording": recording, "window": windows, "tank": tank,
-    }  # fmt: skip
+    spec = {item.name: getattr(scenario, item.name) for item in fields(RunSpec) if hasattr(scenario, item.name)}
+    spec |= {"recording": recording, "window": windows, "tank": tank, "spills": {}, "sources": {}, "left_out": ()}
     if tank is not None:
-        return RunSpec(**changes, domain=tank)
+        return RunSpec(**spec | {"domain": tank})
     sea = _sea(scenario)
     is_oil = {name: phase.is_oil for name, phase in scenario.phases.items()}
     probes = {name: probe for name, probe in scenario.probes.items() if isinstance(probe, BodyProbe)}
@@ -113,47 +227,56 @@ def resolve(scenario: Scenario) -> RunSpec:
     left_out = [
         f"{table}.{name}" for table, there in kept.items() for name in getattr(scenario, table) if name not in there
     ]
-    changes |= {"fill": {}, "emitters": {}, "probes": probes, "sea": sea}
+    spec |= {
+        "fill": {},
+        "emitters": {},
+        "probes": probes,
+        "spills": spills,
+        "sources": sources,
+        "left_out": tuple(left_out),
+    }
     if not windows:
-        changes["fluid"] = replace(
+        spec["fluid"] = replace(
             scenario.fluid, sleep_speed=0.0
         )  # regions of a sea without water would cost a step's time
-    return RunSpec(**changes, domain=_open_sea(scenario, sea), spills=spills, sources=sources, left_out=tuple(left_out))
+    return RunSpec(**spec | {"sea": sea, "domain": _open_sea(scenario, sea)})
 
 
 def _windows(scenario: Scenario) -> Mapping[str, WindowTable]:
     return {} if scenario.fidelity == "none" else scenario.window
 
 
-def deep_to_the_floor(scenario: Scenario, level: float) -> SeaSettings:
-    """Return the settings of the sea with depth and level: where they are not given, of water up to `level` [m] over the tank's floor."""
-    settings, tank = scenario.sea, scenario.tank
+def sea_of(settings: SeaSettings, tank: Tank | None, spacing: float, level: float) -> SeaSpec:
+    """Return a sea with depth and level: where they are not given, of water up to `level` [m] over the tank's floor.
+
+    A tank that is empty at the start has a layer of one spacing [m].
+    """
     surface = level if settings.level is None else settings.level
     depth = settings.depth
     if depth is None:
-        layer = scenario.fluid.particle_spacing  # of a tank that is empty at the start
-        depth = layer if tank is None else max(surface - tank.lower[2], layer)
-    return replace(settings, level=surface, depth=depth)
+        depth = spacing if tank is None else max(surface - tank.lower[2], spacing)
+    parts = {item.name: getattr(settings, item.name) for item in fields(SeaSettings)}
+    return SeaSpec(**parts | {"level": surface, "depth": depth})
 
 
-def _sea(scenario: Scenario) -> SeaSettings:
+def _sea(scenario: Scenario) -> SeaSpec:
     """Return the sea where no tank is, with its depth and level: where nothing is said, those of the water of the file."""
     top = top_of_water(scenario.fill, scenario.phases)
     if scenario.sea.depth is None and (top is None or scenario.tank is None):
         text = "is missing, allowed: a depth, or a tank with water in a slab or block of [fill]"
         raise ScenarioError([Problem("sea.depth", text)], scenario.name)
-    return deep_to_the_floor(scenario, top or 0.0)
+    return sea_of(scenario.sea, scenario.tank, scenario.fluid.particle_spacing, top or 0.0)
 
 
-def _open_sea(scenario: Scenario, sea: SeaSettings) -> Tank:
+def _open_sea(scenario: Scenario, sea: SeaSpec) -> Tank:
     """Return the part of the sea around all that is placed, or of a tank that is left out; its floor is the shore's, where there is one."""
-    level, open_sides = sea.level or 0.0, OPEN if scenario.shore is None else (*OPEN, "-z")
+    level, open_sides = sea.level, OPEN if scenario.shore is None else (*OPEN, "-z")
     if scenario.tank is not None:
         low, high = scenario.tank.lower[:2], scenario.tank.upper[:2]
     else:
         x, y = zip(*_places(scenario), strict=True)
         low, high = (min(x) - MARGIN, min(y) - MARGIN), (max(x) + MARGIN, max(y) + MARGIN)
-    return Tank(lower=(*low, level - (sea.depth or 0.0)), upper=(*high, level + HEADROOM), open=open_sides)
+    return Tank(lower=(*low, level - sea.depth), upper=(*high, level + HEADROOM), open=open_sides)
 
 
 def _places(scenario: Scenario) -> Iterator[tuple[float, float]]:

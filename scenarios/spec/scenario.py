@@ -8,7 +8,6 @@ heading, ``from_compass`` for where wind or waves come from, ``toward_compass`` 
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -87,23 +86,6 @@ class Scenario(Section):
         if not re.fullmatch(NAME_PATTERN, self.name):
             yield Problem("name", f"is {self.name!r}, allowed: {NAME_ALLOWED}")
         yield from problems_of(self.parts)
-
-    @property
-    def boxes(self) -> frozenset[str]:
-        """The kind of box that the run has particles in, "tank" or "window"; empty without any."""
-        return self.parts.boxes
-
-    def skimmers_at(self, boom: str) -> tuple[str, ...]:
-        """Return the names of the skimmers that may take the oil of a boom: on it, or on no boom."""
-        return tuple(
-            name for name, skimmer in self.skimmers.items() if skimmer.on == boom or skimmer.on not in self.booms
-        )
-
-    @property
-    def orbital_speed(self) -> float:
-        """Speed pi H / T [m/s] at which the water of the waves swings at the surface of deep water; 0 without waves."""
-        height, period = self.sea.height_and_period
-        return math.pi * height / period if period else 0.0
 
     @property
     def parts(self) -> Parts:

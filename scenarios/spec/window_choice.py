@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -109,14 +110,14 @@ def _load(scenario: Scenario, settings: WindowSettings, speed: float) -> float:
     step = scenario.run.communication_step
     moving = len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
     return (
-        settings.particle_count * fluid_steps(scenario, settings) * speed + moving * BODY_SECONDS / len(scenario.window)
+        settings.particle_count * fluid_steps(settings, scenario.fluid.gravity, step) * speed
+        + moving * BODY_SECONDS / len(scenario.window)
     ) / step
 
 
-def fluid_steps(scenario: Scenario, settings: WindowSettings) -> int:
-    """Return the steps that the particles make in a communication step."""
-    gravity = float(np.linalg.norm(scenario.fluid.gravity))
-    return max(1, math.ceil(scenario.run.communication_step / settings.longest_time_step(gravity) - 1e-9))
+def fluid_steps(settings: WindowSettings, gravity: Sequence[float], step: float) -> int:
+    """Return the steps that the particles make in a communication step [s] under a gravity (3,) [m/s2]."""
+    return max(1, math.ceil(step / settings.longest_time_step(float(np.linalg.norm(gravity))) - 1e-9))
 
 
 @cache

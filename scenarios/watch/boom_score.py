@@ -22,10 +22,11 @@ from oilsim.oil.ledger import BoomOil, OilLedger
 from recordings.model.frame import EventLevel
 from recordings.model.words import cause_in_words
 from recordings.replay.running_extremes import WORST
-from scenarios.schema.exercise import body_of
+from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.liquid import Tank
+from scenarios.schema.sea import SeaSettings
 from scenarios.setup.afloat.boom_lines import track_off_reel
-from scenarios.spec.resolve import RunSpec
+from scenarios.spec.resolve import LiquidSpec
 from scenarios.watch.slick_oil import oil_of_boom, volume_within
 
 if TYPE_CHECKING:
@@ -67,14 +68,15 @@ class BoomScore:
     def __init__(
         self,
         name: str,
-        scenario: RunSpec,
+        settings: BoomSettings,
         layout: BoomLayout,
         tensions: Mapping[str, str],
+        liquid: LiquidSpec,
+        sea: SeaSettings,
         closures: ClosureLosses | None,
         ledger: OilLedger,
     ) -> None:
         """Prepare the scores; `tensions` has, for each end, the joint that carries the tow tension; closures None: there are none."""
-        settings = scenario.booms[name]
         self.name, self.segments = name, [segment.name for segment in layout.segments]
         self.values: dict[str, float] = {}
         self.held = np.zeros(len(layout.segments))
@@ -83,7 +85,7 @@ class BoomScore:
         self._tension_joints = dict(tensions)
         self._tensions = {end: TensionRecord() for end in tensions}
         self._losses = LossSpeeds()
-        waves = scenario.sea.height_and_period[1]
+        waves = sea.height_and_period[1]
         self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth, waves)
         self._towed = HeldSpeed(window=waves) if waves else None  # vessels swing in waves, too
         self._area = np.array(settings.area)
@@ -91,16 +93,16 @@ class BoomScore:
         self._time: float | None = None
         self.strength_share: float | None = None  # [-] largest along the boom now; None without a strength
         self._berth = settings.berth
-        self._has_tide = scenario.sea.tide is not None
+        self._has_tide = sea.tide is not None
         self._fast, self._crossed = False, 0.0  # whether that speed is above its limit, and since when [s]
         self._worst: dict[str, float] = {}
         self._told: set[str] = set()
         self._notices: list[Notice] = []
-        spacing = scenario.fluid.particle_spacing
-        self._tanks, self._slack, self._volume = scenario.tanks, spacing, spacing**3
-        self._period = scenario.period
+        spacing = liquid.spacing
+        self._tanks, self._slack, self._volume = (liquid.domain,) if liquid.in_tank else (), spacing, spacing**3
+        self._period = liquid.domain.period
         self._ended = False  # once the boom has left the simulated sea
-        self.containment = Containment(_options(name, scenario))
+        self.containment = Containment(_options(settings, liquid))
 
     @property
     def oil(self) -> BoomOil:
@@ -361,17 +363,17 @@ def _sides_passed(tank: Tank, places: NDArray[np.float64], slack: float) -> Iter
                 yield side, f"has left the simulated sea through its open side {side}: its scoring ends here", True
 
 
-def _options(name: str, scenario: RunSpec) -> ContainmentOptions:
+def _options(settings: BoomSettings, liquid: LiquidSpec) -> ContainmentOptions:
     """Return what tells a boom's oil; of several oils the viscosity is that of the most viscous."""
-    settings, spacing = scenario.booms[name], scenario.fluid.particle_spacing
-    oils = [phase for phase in scenario.phases.values() if phase.is_oil]
+    spacing = liquid.spacing
+    oils = [phase for phase in liquid.phases.values() if phase.is_oil]
     return ContainmentOptions(
         skirt_depth=settings.skirt_depth,
         freeboard=settings.freeboard,
         particle_volume=spacing**3,
         hysteresis=spacing,
         kinematic_viscosity=max((oil.viscosity / oil.rest_density for oil in oils), default=0.0),
-        period=scenario.period,
+        period=liquid.domain.period,
     )
 
 

@@ -15,6 +15,7 @@ from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.ledger import OilLedger, OilRows
 from recordings.model.words import course_in_words, levers_in_words
+from scenarios.schema.recovery import SkimmerSettings
 from scenarios.setup.afloat.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.simulators import Simulators
 from scenarios.spec.resolve import RunSpec
@@ -40,18 +41,28 @@ class Scoring:
         self._world = world
         self._level, self._sea = level, simulators.sea
         self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
-        self._bearing = 0.5 * math.pi if scenario.site is None else scenario.site.bearing  # of the x axis, from north
+        self._bearing = scenario.bearing  # of the x axis, from north
         self._orders = tuple(_orders(fleet.vessels, self._bearing))
         self._announced_until = -math.inf  # [s]
         self._notices: list[Notice] = []
         self.ledger = OilLedger()
         self.booms = tuple(
             BoomScore(
-                name, scenario, layout, fleet.tensions_of(name), closure_losses(scenario, name, layout), self.ledger
+                name,
+                scenario.booms[name],
+                layout,
+                fleet.tensions_of(name),
+                scenario.liquid,
+                scenario.sea,
+                closure_losses(scenario.booms[name], layout, scenario.liquid),
+                self.ledger,
             )
             for name, layout in fleet.booms.items()
         )
-        assumed = [*assumed_tensions(scenario), *(_assumed_skimmers(scenario) if self._skimmers else ())]
+        assumed = [
+            *assumed_tensions(scenario.booms, scenario.liquid),
+            *(_assumed_skimmers(scenario.skimmers) if self._skimmers else ()),
+        ]
         self._notices += [Notice(text, level="info", source="oilsim") for text in assumed]
 
     def advance(self, time: float) -> None:
@@ -186,9 +197,9 @@ def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, 
             yield start, f"{' and '.join(names)}: make {speed / KNOT:.2f} kn over the ground, heading {course}"
 
 
-def _assumed_skimmers(scenario: RunSpec) -> Iterator[str]:
+def _assumed_skimmers(skimmers: Mapping[str, SkimmerSettings]) -> Iterator[str]:
     """Yield what is assumed of skimmers, in words."""
-    for name, skimmer in scenario.skimmers.items():
+    for name, skimmer in skimmers.items():
         if skimmer.assumed:
             listed = (f"{key.replace('_', ' ')} of {value:g}" for key, value in skimmer.assumed.items())
             yield f"skimmer {name!r}: a {' and a '.join(listed)} is assumed for a {skimmer.kind}"

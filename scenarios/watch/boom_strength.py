@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from scenarios.schema.exercise import joint_name
+from scenarios.schema.exercise import BoomSettings, joint_name
 from scenarios.setup.afloat.fleet import Fleet
-from scenarios.spec.resolve import RunSpec
 from scenarios.watch.boom_scoring import Scoring
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ class BoomStrength:
 
     def __init__(
         self,
-        scenario: RunSpec,
+        booms: Mapping[str, BoomSettings],
         world: RigidBodyWorld | None,
         fleet: Fleet,
         scoring: Scoring,
@@ -35,12 +34,12 @@ class BoomStrength:
         """Watch the joints between the segments of these booms; oil of the `slick` passes where one parts."""
         self._world, self._scoring, self._slick = world, scoring, slick
         self._strengths: dict[str, dict[int, float]] = {}
-        for name, settings in scenario.booms.items():
+        for name, settings in booms.items():
             strengths = {number: settings.strength_of(number) for number in range(1, settings.segments)}
             known = {number: strength for number, strength in strengths.items() if strength is not None}
             if known and name in fleet.booms:
                 self._strengths[name] = known
-        self._connectors = {name: frozenset(scenario.booms[name].connectors) for name in self._strengths}
+        self._connectors = {name: frozenset(booms[name].connectors) for name in self._strengths}
         self._parted: dict[str, list[int]] = {name: [] for name in self._strengths}
         self.peak_share = dict.fromkeys(self._strengths, 0.0)  # [-] largest tension so far, of the strength there
 

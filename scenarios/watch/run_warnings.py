@@ -17,7 +17,7 @@ from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import AdvanceReport, FluidConfig
 from recordings.model.frame import EventLevel
 from scenarios.setup.fill_lattice import misfits
-from scenarios.spec.resolve import RunSpec
+from scenarios.spec.resolve import LiquidSpec
 from scenarios.watch.boom_score import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
@@ -30,24 +30,24 @@ class Remarks:
 
     def __init__(
         self,
-        scenario: RunSpec,
+        liquid: LiquidSpec,
         world: RigidBodyWorld | None,
         left_out: Mapping[str, str],
         thin: Mapping[str, str],
         notes: Sequence[str] = (),
         facts: Sequence[str] = (),
     ) -> None:
-        """Watch a run of `scenario`.
+        """Watch a run of this liquid.
 
         left_out: what bodies take of the liquid at the start, in words, by region; thin: warnings of `thin_bodies`; notes: what was mended
         of bodies' meshes; facts: what comes of settings, which is no warning.
         """
-        self._fluid, self._tank, self._world = scenario.fluid, scenario.domain, world
-        self._has_walls = bool(scenario.tanks)
+        self._fluid, self._tank, self._world = liquid.fluid, liquid.domain, world
+        self._has_walls = liquid.in_tank
         self._left_out = left_out
-        fluid = scenario.fluid
-        self._misfits = misfits(scenario.fill, scenario.domain, fluid.particle_spacing, fluid.dimension)
-        self._oil = {name for name, fill in scenario.fill.items() if scenario.phases[fill.phase].is_oil}
+        fluid = liquid.fluid
+        self._misfits = misfits(liquid.fill, liquid.domain, fluid.particle_spacing, fluid.dimension)
+        self._oil = {name for name, fill in liquid.fill.items() if liquid.phases[fill.phase].is_oil}
         self._notes, self._facts = tuple(notes), tuple(facts)
         self._thin = dict(thin)
         self._made: set[str] = set()

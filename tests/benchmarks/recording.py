@@ -124,7 +124,7 @@ def frames_of(scenario: Scenario) -> tuple[list[Frame], float]:
 def main() -> None:
     """Print the table."""
     scenario = load_scenario("calm-spread").scenario
-    own: Terms = (grid(scenario), thinning(scenario))
+    own: Terms = (grid(scenario.recording.precision, scenario.fluid.particle_spacing), thinning(scenario.phases))
     run, second = frames_of(scenario)
     cases = {
         name: ([_frame(index, bodies) for index in range(FRAMES)], terms) for name, (bodies, terms) in MADE_UP.items()

@@ -129,13 +129,13 @@ def test_tension_and_temperature_belong_to_oils() -> None:
 
 
 def test_oil_properties_are_those_at_the_scenarios_temperature() -> None:
-    cold, mild = (oils_of(scenario_from(pool(oil={"temperature": degrees})))["oil"] for degrees in (5.0, 15.0))
+    cold, mild = (oils_of(scenario_from(pool(oil={"temperature": degrees})).phases)["oil"] for degrees in (5.0, 15.0))
     brent = oil_named("brent")
     assert cold.oil_density == pytest.approx(brent.density_at(5.0))
     assert cold.oil_density > mild.oil_density
     assert cold.kinematic_viscosity == pytest.approx(brent.kinematic_viscosity_at(5.0))
     assert cold.kinematic_viscosity > mild.kinematic_viscosity
-    assert mild == oils_of(scenario_from(pool()))["oil"]
+    assert mild == oils_of(scenario_from(pool()).phases)["oil"]
 
 
 NO_WATER = (

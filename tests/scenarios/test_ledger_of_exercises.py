@@ -102,7 +102,7 @@ def test_every_litre_has_one_fate_at_every_frame_and_in_every_export(name: str, 
     source, spacing, steps, _ = SCENARIOS[name]
     scenario = load_scenario(source).scenario
     step, settings = scenario.run.communication_step, [f"fluid.particle_spacing={spacing}", "run.threads=1"]
-    steps = min(steps, 12) if "tank" in scenario.boxes else AT_SEA_STEPS
+    steps = min(steps, 12) if "tank" in scenario.parts.boxes else AT_SEA_STEPS
     assembly = build(load_scenario(source, overrides=[*settings, f"run.duration={steps * step}"]).scenario)
     summary, path = SummaryObserver(assembly), tmp_path / "run.rrd"
     watch = Watch(assembly, summary)

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from booms.deployment import BoomLayout
 from booms.losses.closure_losses import ClosureLosses, LostBoom
 from booms.losses.liquids import ASSUMED_TENSION, OilOnWater
 from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
+from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.liquid import PhaseSettings
-from scenarios.spec.resolve import RunSpec
+from scenarios.spec.resolve import LiquidSpec
 
 
-def has_closures(scenario: RunSpec, boom: str) -> bool:
+def has_closures(boom: BoomSettings, phases: Mapping[str, PhaseSettings]) -> bool:
     """Tell whether closures act at a boom: its settings ask for them, and there are oil and water."""
-    oils = [phase.is_oil for phase in scenario.phases.values()]
-    return scenario.booms[boom].losses == "closures" and any(oils) and not all(oils)
+    oils = [phase.is_oil for phase in phases.values()]
+    return boom.losses == "closures" and any(oils) and not all(oils)
 
 
-def closure_losses(scenario: RunSpec, boom: str, layout: BoomLayout) -> ClosureLosses | None:
-    """Create the closures of a boom; None where it has none."""
-    if not has_closures(scenario, boom) or not scenario.tanks:
+def closure_losses(settings: BoomSettings, layout: BoomLayout, liquid: LiquidSpec) -> ClosureLosses | None:
+    """Create the closures of a boom among particles of a tank; None where it has none."""
+    if not has_closures(settings, liquid.phases) or not liquid.in_tank:
         return None
-    settings, spacing = scenario.booms[boom], scenario.fluid.particle_spacing
+    spacing = liquid.spacing
     breadth = layout.segment.mesh.bounds[:, 1]
     return ClosureLosses(
         LostBoom(
@@ -29,21 +32,21 @@ def closure_losses(scenario: RunSpec, boom: str, layout: BoomLayout) -> ClosureL
                 skirt_depth=settings.skirt_depth,
                 resolution=Resolution(spacing=spacing, skirt_depth=settings.skirt_depth),
             ),
-            oils=oils_of(scenario),
-            waters=[name for name, phase in scenario.phases.items() if not phase.is_oil],
+            oils=oils_of(liquid.phases),
+            waters=[name for name, phase in liquid.phases.items() if not phase.is_oil],
             segments=len(layout.segments),
             segment_length=settings.length / settings.segments,
             freeboard=settings.freeboard,
             float_width=float(breadth[1] - breadth[0]),
             spacing=spacing,
-            period=scenario.period,
+            period=liquid.domain.period,
         )
     )
 
 
-def oils_of(scenario: RunSpec) -> dict[str, OilOnWater]:
-    """Return the oils of a scenario by the names of their phases, on the first of its waters."""
-    water = next(phase.rest_density for phase in scenario.phases.values() if not phase.is_oil)
+def oils_of(phases: Mapping[str, PhaseSettings]) -> dict[str, OilOnWater]:
+    """Return the oils among phases by their names, on the first of the waters."""
+    water = next(phase.rest_density for phase in phases.values() if not phase.is_oil)
     return {
         name: OilOnWater(
             oil_density=phase.rest_density,
@@ -51,7 +54,7 @@ def oils_of(scenario: RunSpec) -> dict[str, OilOnWater]:
             kinematic_viscosity=phase.viscosity / phase.rest_density,
             interfacial_tension=tension_of(phase),
         )
-        for name, phase in scenario.phases.items()
+        for name, phase in phases.items()
         if phase.is_oil
     }
 
@@ -66,12 +69,12 @@ def tension_of(phase: PhaseSettings) -> float:
     return ASSUMED_TENSION if phase.tension is None else phase.tension
 
 
-def assumed_tensions(scenario: RunSpec) -> list[str]:
+def assumed_tensions(booms: Mapping[str, BoomSettings], liquid: LiquidSpec) -> list[str]:
     """Say which interfacial tension is assumed for each oil that has none, where booms' closures or particles go by it."""
-    if not scenario.fluid.interfacial_tension and not any(has_closures(scenario, name) for name in scenario.booms):
+    if not liquid.fluid.interfacial_tension and not any(has_closures(boom, liquid.phases) for boom in booms.values()):
         return []
     return [
         f"the interfacial tension of {name!r} is not given: {tension_of(phase):g} N/m is assumed"
-        for name, phase in scenario.phases.items()
+        for name, phase in liquid.phases.items()
         if phase.is_oil and phase.tension is None
     ]

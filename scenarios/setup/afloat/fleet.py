@@ -16,20 +16,21 @@ from booms.deployment import (
     PlacedBody,
     PlacedJoint,
     PlacedLine,
+    lay_aground,
     lay_along,
     lay_between,
     lay_in_stream,
     line_in_stream,
     tow_line,
 )
-from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of
-from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
+from coupling.participants.plan_barriers import Beach
+from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of
+from scenarios.schema.moorings import MooringSettings, TieSettings, held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.sea import horizontal
 from scenarios.setup.afloat.boom_lines import lay_off_reel, reel_line, reel_name, strung
 from scenarios.setup.afloat.moorings import (
     PlacedLeg,
-    grounded,
     leg_name,
     place_moorings,
     place_ties,
@@ -37,7 +38,6 @@ from scenarios.setup.afloat.moorings import (
     tied_shapes,
 )
 from scenarios.setup.solids.placed_solids import Solid
-from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import ASTERN, DriveModel
@@ -88,33 +88,70 @@ class Fleet:
         return {end: joint for (name, end), joint in self.tension_joints.items() if name == boom}
 
 
-def place_fleet(scenario: RunSpec, water_level: float, own_solids: Sequence[Solid], problems: list[Problem]) -> Fleet:
-    """Place vessels and booms, afloat at `water_level` [m], and moor them and the `own_solids` of [bodies].
+@dataclass(frozen=True, kw_only=True)
+class Waters:
+    """The water in which vessels and booms float at the start.
+
+    level          [m] of the still water; density [kg/m3]
+    ground         [m] height of the ground; None without one
+    beach          None without one
+    current        speed [m/s] and direction [rad] of a steady current at the surface; 0 without one
+    orbital_speed  [m/s] at which the water of waves swings at the surface
+    is_windy       whether a wind blows; in_tank: whether particles of a tank bear what floats
+    spacing        [m] of the coarsest particles that bodies may meet; None without any
+    """
+
+    level: float
+    density: float
+    ground: float | None
+    beach: Beach | None
+    current: tuple[float, float]
+    orbital_speed: float
+    is_windy: bool
+    in_tank: bool
+    spacing: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placing:
+    """The tables of vessels and booms that are to float, of what holds them, and the tow that all follow; and the waters."""
+
+    vessels: Mapping[str, VesselSettings]
+    booms: Mapping[str, BoomSettings]
+    moorings: Mapping[str, MooringSettings]
+    ties: Mapping[str, TieSettings]
+    tow: TowSettings | None
+    waters: Waters
+
+
+def place_fleet(plan: Placing, own_solids: Sequence[Solid], problems: list[Problem]) -> Fleet:
+    """Place vessels and booms, afloat in their waters, and moor them and the `own_solids` of [bodies].
 
     Those that cannot float or be laid are added to `problems`.
     """
     vessels: dict[str, Vessel] = {}
-    for name, settings in scenario.vessels.items():
+    level = plan.waters.level
+    for name, settings in plan.vessels.items():
         try:
-            vessels[name] = _vessel(name, settings, scenario, water_level)
+            vessels[name] = _vessel(name, settings, plan.tow, plan.waters)
         except ValueError as error:
             problems.append(Problem(f"vessels.{name}", f"cannot float: {error}"))
-    solids = [_afloat(vessel, water_level) for vessel in vessels.values()]
+    solids = [_afloat(vessel, level) for vessel in vessels.values()]
     joints: list[PlacedJoint] = []
     booms: dict[str, BoomLayout] = {}
     lines: list[PlacedLine] = []
     tensions: dict[tuple[str, str], str] = {}
     afloat = {
-        name
-        for name, boom in scenario.booms.items()
+        name: boom
+        for name, boom in plan.booms.items()
         if all(end in vessels for end in boom.ends if isinstance(end, str))
     }
-    hanging = tied_shapes(scenario, afloat, lambda name: _line_of(name, scenario, vessels, water_level), problems)
-    for name, boom in scenario.booms.items():
-        if name not in afloat or hanging.get(name, ()) is None:
-            continue  # its vessel, or its tie, is already among the problems
+    hanging = tied_shapes(afloat, plan.moorings, plan.ties, lambda boom: _line_of(boom, vessels, plan.waters), problems)
+    for name, boom in afloat.items():
+        if hanging.get(name, ()) is None:
+            continue  # its tie is already among the problems
         try:
-            layout, ends = _laid(name, boom, scenario, vessels, water_level, hanging.get(name))
+            layout, ends = _laid(name, boom, plan, vessels, hanging.get(name))
         except ValueError as error:
             problems.append(Problem(f"booms.{name}", f"cannot be laid: {error}"))
             continue
@@ -128,9 +165,10 @@ def place_fleet(scenario: RunSpec, water_level: float, own_solids: Sequence[Soli
         booms=booms,
         solids=tuple(solids),
         joints=tuple(joints),
-        lines=(*lines, *place_ties(scenario, booms, problems)),
+        lines=(*lines, *place_ties(plan.ties, booms, problems)),
         legs=place_moorings(
-            scenario,
+            plan.moorings,
+            plan.waters.ground,
             booms,
             dict(zip(vessels, solids, strict=False)),
             {solid.name: solid for solid in own_solids},
@@ -140,19 +178,13 @@ def place_fleet(scenario: RunSpec, water_level: float, own_solids: Sequence[Soli
     )
 
 
-def water_density(scenario: RunSpec) -> float:
-    """Return the density [kg/m3] of the liquid that vessels and booms float in: the first phase that is not oil, else the first."""
-    waters = [phase for phase in scenario.phases.values() if not phase.is_oil]
-    return (waters or list(scenario.phases.values()))[0].rest_density
-
-
-def _vessel(name: str, settings: VesselSettings, scenario: RunSpec, water_level: float) -> Vessel:
+def _vessel(name: str, settings: VesselSettings, tow: TowSettings | None, waters: Waters) -> Vessel:
     size = (settings.length, settings.beam, settings.draft, settings.depth)
     mesh = wigley_hull(*size) if settings.shape == "wigley" else raked_barge(*size, rake=RAKE * settings.length)
-    hull = float_hull(mesh, settings.draft, water_density=water_density(scenario))
+    hull = float_hull(mesh, settings.draft, water_density=waters.density)
     x, y, z = hull.deck_point(TOW_POINT * settings.length, 0.0)
-    at_sea = not scenario.tanks
-    in_wind = scenario.sea.wind is not None and not at_sea
+    at_sea = not waters.in_tank
+    in_wind = waters.is_windy and not at_sea
     return Vessel(
         name=name,
         hull=hull,
@@ -164,7 +196,7 @@ def _vessel(name: str, settings: VesselSettings, scenario: RunSpec, water_level:
             else settings.yaw_moment,
             side_thrust=settings.side_thrust,
         ),
-        course=course_of(settings, scenario),
+        course=course_of(settings, tow),
         position=settings.position,
         heading=settings.heading,
         tow_point=(float(x), float(y), float(z)),
@@ -174,9 +206,9 @@ def _vessel(name: str, settings: VesselSettings, scenario: RunSpec, water_level:
         if settings.drive is None
         else DriveModel(settings.drive, hull.length, settings.bollard_pull, hull.water_density),
         hull_forces=HullForces(hull, settings.skeg_area) if at_sea else None,
-        gains=gains_of(settings, hull.mass_properties.mass, scenario.orbital_speed),
+        gains=gains_of(settings, hull.mass_properties.mass, waters.orbital_speed),
         superstructure=_superstructure(settings, hull) if in_wind or at_sea else None,
-        windage=Windage(hull.mesh, water_level) if in_wind else None,
+        windage=Windage(hull.mesh, waters.level) if in_wind else None,
     )
 
 
@@ -210,7 +242,7 @@ def _superstructure(settings: VesselSettings, hull: Hull) -> Superstructure:
     )
 
 
-def course_of(settings: VesselSettings, scenario: RunSpec) -> Course | None:
+def course_of(settings: VesselSettings, tow: TowSettings | None) -> Course | None:
     """Return a vessel's own course, or that of the tow: it waits in its place, then keeps to the line that begins there."""
     if settings.control == "manual":
         return None
@@ -223,7 +255,6 @@ def course_of(settings: VesselSettings, scenario: RunSpec) -> Course | None:
         CourseLeg(start_time=leg.start, speed=leg.speed, heading=leg.heading, through=leg.through, by_hand=leg.by_hand)
         for leg in settings.legs
     ]
-    tow = scenario.tow
     if not legs and tow is not None:
         if tow.start > 0.0:
             legs.append(CourseLeg(start_time=0.0, speed=0.0, heading=tow.heading, through=settings.position))
@@ -254,37 +285,28 @@ class _Ends:
 
 
 def _layout(
-    name: str,
-    settings: BoomSettings,
-    scenario: RunSpec,
-    places: tuple[Point2, Point2],
-    water_level: float,
-    line: Array | None,
+    name: str, settings: BoomSettings, waters: Waters, places: tuple[Point2, Point2], line: Array | None
 ) -> BoomLayout:
     """Lay a boom off its reel, along a line (S + 1, 2) [m], or between two places [m], in its stream if it has one."""
-    boom, whole, (first, second) = _boom(settings, scenario), f"boom/{name}", places
+    boom, whole, (first, second), level = _boom(settings, waters), f"boom/{name}", places, waters.level
     if settings.reel is not None:
-        return lay_off_reel(boom, first, second, water_level, whole)
+        return lay_off_reel(boom, first, second, level, whole)
     if line is not None:
-        return lay_along(boom, line, water_level=water_level, name=whole)
+        return lay_along(boom, line, water_level=level, name=whole)
     if settings.stream is not None:
-        return lay_in_stream(boom, first, second, settings.stream, water_level=water_level, name=whole)
-    bulge = bulge_of(settings, scenario)
-    return lay_between(boom, first, second, water_level=water_level, name=whole, bulge=bulge)
+        return lay_in_stream(boom, first, second, settings.stream, water_level=level, name=whole)
+    bulge = bulge_of(settings, waters.current)
+    return lay_between(boom, first, second, water_level=level, name=whole, bulge=bulge)
 
 
 def _laid(
-    name: str,
-    settings: BoomSettings,
-    scenario: RunSpec,
-    vessels: Mapping[str, Vessel],
-    water_level: float,
-    line: Array | None,
+    name: str, settings: BoomSettings, plan: Placing, vessels: Mapping[str, Vessel], line: Array | None
 ) -> tuple[BoomLayout, _Ends]:
     """Lay a boom between its ends, or along a line (S + 1, 2) [m] in which ties hold it, and make it fast there."""
+    waters, water_level = plan.waters, plan.waters.level
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
-    moored = held_ends(scenario.moorings, name, settings.segments)
-    tied = tied_ends(scenario.ties, name, settings.segments)
+    moored = held_ends(plan.moorings, name, settings.segments)
+    tied = tied_ends(plan.ties, name, settings.segments)
     if (
         settings.reel is None
         and not any(isinstance(end, str) for end in settings.ends)
@@ -292,15 +314,15 @@ def _laid(
         and not any(tied)
     ):
         _require_slack(math.dist(*places), settings.length)
-    layout = grounded(
-        _layout(name, settings, scenario, (places[0], places[1]), water_level, line), scenario, water_level
-    )
+    layout = _layout(name, settings, waters, (places[0], places[1]), line)
+    if waters.beach is not None:  # the part of it that reaches over the shore lies there
+        layout = lay_aground(layout, waters.beach.height, water_level)
     ends = _Ends()
     for index, (end, label) in enumerate(zip(settings.ends, settings.end_labels, strict=True)):
         segment, point = layout.segments[-index].name, layout.end_points[index]
         holds = f"boom/{name}/tow-{label}"
         if not isinstance(end, str) and (moored[index] or tied[index]):
-            mooring = leg_that_holds(scenario.moorings, name, settings.segments * index)
+            mooring = leg_that_holds(plan.moorings, name, settings.segments * index)
             ends.tensions[label] = tie_name(tied[index] or "") if mooring is None else leg_name(mooring)
         elif settings.reel is not None and index == 0:
             ends.lines.append(reel_line(name, layout, settings.reel))
@@ -330,22 +352,24 @@ def _towed(
     return fast[-1].name
 
 
-def _line_of(name: str, scenario: RunSpec, vessels: Mapping[str, Vessel], water_level: float) -> Array:
+def _line_of(settings: BoomSettings, vessels: Mapping[str, Vessel], waters: Waters) -> Array:
     """Return the line (S + 1, 2) [m] in which a boom hangs in its stream; ValueError for ends that no such boom has."""
-    settings = scenario.booms[name]
     assert settings.stream is not None  # ties need it
-    first, second = (_boom_end(end, settings, vessels, water_level) for end in settings.ends)
-    return line_in_stream(_boom(settings, scenario), first, second, settings.stream)
+    first, second = (_boom_end(end, settings, vessels, waters.level) for end in settings.ends)
+    return line_in_stream(_boom(settings, waters), first, second, settings.stream)
 
 
-def bulge_of(settings: BoomSettings, scenario: RunSpec) -> Literal["left", "right"]:
-    """Return the side to which a boom is laid, seen from its first end: as stated, or down the current between fixed ends."""
+def bulge_of(settings: BoomSettings, current: tuple[float, float]) -> Literal["left", "right"]:
+    """Return the side to which a boom is laid, seen from its first end: as stated, or down the current between fixed ends.
+
+    current: speed [m/s] and direction [rad].
+    """
     first, second = settings.ends
     if settings.bulge is not None:
         return settings.bulge
     if isinstance(first, str) or isinstance(second, str):
         return "right"
-    flow = horizontal(*scenario.sea.steady_current)
+    flow = horizontal(*current)
     to_left = (second[0] - first[0]) * flow[1] - (second[1] - first[1]) * flow[0]
     return "left" if to_left > 0.0 else "right"
 
@@ -360,7 +384,7 @@ def _require_slack(distance: float, length: float) -> None:
         )
 
 
-def _boom(settings: BoomSettings, scenario: RunSpec) -> Boom:
+def _boom(settings: BoomSettings, waters: Waters) -> Boom:
     design = BoomDesign(
         length=settings.length,
         segment_count=settings.segments,
@@ -371,9 +395,9 @@ def _boom(settings: BoomSettings, scenario: RunSpec) -> Boom:
         ballast_fraction=settings.ballast_fraction,
         base_width=settings.base_width,
         pocket=settings.pocket,
-        water_density=water_density(scenario),
+        water_density=waters.density,
     )
-    boom, spacing = design.boom(), scenario.coarsest_spacing
+    boom, spacing = design.boom(), waters.spacing
     return boom if spacing is None else boom.resolved_by(spacing)
 
 

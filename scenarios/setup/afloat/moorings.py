@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.deployment import BoomLayout, PlacedLine, lay_aground
+from booms.deployment import BoomLayout, PlacedLine
 from booms.equilibrium import HangingBoom, Tie, tied_lines
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.participants.plan_barriers import Beach
-from scenarios.schema.exercise import body_of
-from scenarios.schema.moorings import MooringSettings, PartSettings, held_ends, tied_ends
+from scenarios.schema.exercise import BoomSettings, body_of
+from scenarios.schema.moorings import MooringSettings, PartSettings, TieSettings, held_ends, tied_ends
+from scenarios.schema.sea import ShoreSettings
 from scenarios.setup.solids.placed_solids import Solid, vector
-from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem
 from vessels.ground_tackle import Rope, laid_anchor, leg_part
 
@@ -49,10 +49,12 @@ def tie_name(tie: str) -> str:
     return f"ties/{tie}"
 
 
-def place_ties(scenario: RunSpec, booms: Mapping[str, BoomLayout], problems: list[Problem]) -> tuple[PlacedLine, ...]:
+def place_ties(
+    ties: Mapping[str, TieSettings], booms: Mapping[str, BoomLayout], problems: list[Problem]
+) -> tuple[PlacedLine, ...]:
     """Return the ties of booms as laid, except those of booms that could not be laid; one that cannot be fast yet is a problem."""
     lines = []
-    for name, tie in scenario.ties.items():
+    for name, tie in ties.items():
         if tie.made_fast:
             text = "is true at the start, allowed: false; an order makes the tie fast when its ends are within reach"
             problems.append(Problem(f"ties.{name}.made_fast", text))
@@ -76,54 +78,50 @@ def place_ties(scenario: RunSpec, booms: Mapping[str, BoomLayout], problems: lis
 
 
 def tied_shapes(
-    scenario: RunSpec, afloat: Collection[str], hang: Callable[[str], Array], problems: list[Problem]
+    afloat: Mapping[str, BoomSettings],
+    moorings: Mapping[str, MooringSettings],
+    ties: Mapping[str, TieSettings],
+    hang: Callable[[BoomSettings], Array],
+    problems: list[Problem],
 ) -> dict[str, Array | None]:
     """Return the lines (S + 1, 2) [m] of tied booms by name; None for all if one is not `afloat`, or if they cannot hang.
 
     hang: the line of a boom without its ties, or ValueError.
     """
-    between = {name: tie for name, tie in scenario.ties.items() if tie.length is not None and not tie.waits}
+    between = {name: tie for name, tie in ties.items() if tie.length is not None and not tie.waits}
     lines: dict[str, Array | None] = {boom: None for tie in between.values() for boom in tie.booms}
     if not lines or not all(name in afloat for name in lines):
         return lines
     booms, stream = dict[str, HangingBoom](), 0.0
     for name in lines:
-        settings = scenario.booms[name]
+        settings = afloat[name]
         stream = settings.stream or 0.0
-        moored = held_ends(scenario.moorings, name, settings.segments)
-        tied = tied_ends(scenario.ties, name, settings.segments)
+        moored = held_ends(moorings, name, settings.segments)
+        tied = tied_ends(ties, name, settings.segments)
         held = (moored[0] or tied[0] is None, moored[1] or tied[1] is None)
         try:
-            booms[name] = HangingBoom(line=hang(name), load=settings.skirt_depth, held=held)
+            booms[name] = HangingBoom(line=hang(settings), load=settings.skirt_depth, held=held)
         except ValueError as error:
             problems.append(Problem(f"booms.{name}", f"cannot be laid: {error}"))
             return lines
-    ties = [
+    fast = [
         Tie(name=name, ends=((tie.booms[0], tie.joints[0]), (tie.booms[1], tie.joints[1])), length=tie.length)
         for name, tie in between.items()
         if tie.length is not None
     ]
     try:
-        return {**lines, **tied_lines(booms, ties, stream)}
+        return {**lines, **tied_lines(booms, fast, stream)}
     except ValueError as error:
         problems.append(Problem("ties", f"cannot be laid: {error}"))
         return lines
 
 
-def ground_level(scenario: RunSpec) -> float | None:
-    """Return the height [m] of the ground: of the sea in a run without particles, else of the tank's floor; None without one."""
-    if not scenario.tanks:
-        return (scenario.sea.level or 0.0) - (scenario.sea.depth or 0.0)
-    return None if "-z" in scenario.domain.open else scenario.domain.lower[2]
-
-
-def beach_of(scenario: RunSpec) -> Beach | None:
-    """Return the shore of a scenario; None without one."""
-    shore = scenario.shore
+def beach_of(shore: ShoreSettings | None, level: float) -> Beach | None:
+    """Return a shore in still water up to `level` [m]; None without one."""
     if shore is None:
         return None
     return Beach(
-        waterline=(*shore.waterline, scenario.sea.level or 0.0),
+        waterline=(*shore.waterline, level),
         seaward=shore.seaward,
         slope=shore.slope,
         width=shore.width,
@@ -131,23 +129,20 @@ def beach_of(scenario: RunSpec) -> Beach | None:
     )
 
 
-def grounded(layout: BoomLayout, scenario: RunSpec, water_level: float) -> BoomLayout:
-    """Return a boom with the part of it that reaches over the shore lying there; water_level [m]."""
-    beach = beach_of(scenario)
-    return layout if beach is None else lay_aground(layout, beach.height, water_level)
-
-
 def place_moorings(
-    scenario: RunSpec,
+    moorings: Mapping[str, MooringSettings],
+    ground: float | None,
     booms: Mapping[str, BoomLayout],
     vessels: Mapping[str, Solid],
     bodies: Mapping[str, Solid],
     problems: list[Problem],
 ) -> tuple[PlacedLeg, ...]:
-    """Lay all legs; those that cannot be are added to `problems`. vessels and bodies: by the names of their tables."""
+    """Lay all legs; those that cannot be are added to `problems`.
+
+    ground: its height [m], None without one; vessels and bodies: by the names of their tables.
+    """
     legs = []
-    ground = ground_level(scenario)
-    for name, settings in scenario.moorings.items():
+    for name, settings in moorings.items():
         path = f"{ENTRY}.{name}"
         if ground is None:
             text = "lies on no ground: the tank is open below; allowed: a tank with a floor, or the fidelity none"

@@ -24,13 +24,12 @@ from oilsim.sea import (
 )
 from oilsim.sea.dispersion_relation import wave_number
 from oilsim.sea.flows import Flow, heading
-from scenarios.schema.run_settings import SiteSettings
+from scenarios.schema.run_settings import RunSettings, SiteSettings
 from scenarios.schema.sea import (
     FileSeaCurrent,
     FileSeaWind,
     RegularSeaWaves,
     SeaCurrent,
-    SeaSettings,
     SeaWaves,
     SeaWind,
     SteadySeaCurrent,
@@ -38,7 +37,7 @@ from scenarios.schema.sea import (
 )
 from scenarios.setup.at_sea.flow_columns import FlowFileError
 from scenarios.setup.at_sea.flow_files import Kind, in_utc, read_flow
-from scenarios.spec.resolve import RunSpec
+from scenarios.spec.resolve import LiquidSpec, SeaSpec
 from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
@@ -49,23 +48,29 @@ Built = TypeVar("Built")
 DEEP = 100.0  # [1] 2 k h from which on waves do not feel the ground; numerical; sinh has no larger value that counts
 
 
-def build_sea(scenario: RunSpec, density: float = SEA_WATER_DENSITY) -> Sea:
-    """Build the sea of a scenario with its depth and level, of water of `density` [kg/m3]. Reads its files.
+def build_sea(
+    settings: SeaSpec,
+    run: RunSettings,
+    site: SiteSettings | None,
+    liquid: LiquidSpec,
+    density: float = SEA_WATER_DENSITY,
+) -> Sea:
+    """Build a sea with its depth and level, of water of `density` [kg/m3], under the gravity of the liquid. Reads its files.
 
     Raises ScenarioError with every problem: of files, of their times, and of waves that cannot be.
     """
     from oilsim.sea import Sea  # its kernels take time to import
 
-    settings, problems, seed = scenario.sea, list[Problem](), scenario.run.seed
-    gravity = math.hypot(*scenario.fluid.gravity)
-    current = _current(settings, scenario, problems)
-    wind = _wind(settings, scenario, problems)
+    problems, seed = list[Problem](), run.seed
+    gravity = math.hypot(*liquid.fluid.gravity)
+    current = _current(settings.current, run, site, problems)
+    wind = _wind(settings.wind, run, site, problems)
     waves = None if settings.waves is None else _waves(settings.waves, seed)
     build_up = 0.0 if settings.waves is None else settings.waves.build_up
-    plain: dict[str, Any] = {"depth": settings.depth, "level": settings.level or 0.0, "gravity": gravity}
+    plain: dict[str, Any] = {"depth": settings.depth, "level": settings.level, "gravity": gravity}
     parts: dict[str, Any] = {"current": current, "waves": waves, "build_up": build_up}
     if gravity == 0.0:
-        if waves is not None or scenario.tank is None:
+        if waves is not None or not liquid.in_tank:
             problems.append(Problem("fluid.gravity", "is 0, allowed with waves, and without particles: above 0"))
     elif current is not None or settings.current is None or waves is None or waves.seen_from == "water":
         # only of a period seen from the ground the length depends on the current
@@ -73,11 +78,11 @@ def build_sea(scenario: RunSpec, density: float = SEA_WATER_DENSITY) -> Sea:
     if not problems:
         problems += together(
             SeaDescription(tide=settings.tide, **plain, **parts),
-            scenario.run.duration,
-            in_tank=scenario.tank is not None,
+            run.duration,
+            in_tank=liquid.in_tank,
         )
     if problems:
-        raise ScenarioError(problems, scenario.name)
+        raise ScenarioError(problems)
     cells = settings.langmuir
     return Sea(
         SeaDescription(
@@ -159,14 +164,15 @@ def _waves(settings: SeaWaves, seed: int) -> RegularWaves | JonswapWaves:
     return JonswapWaves(**_values(settings, "build_up"), seed=seed)
 
 
-def _current(settings: SeaSettings, scenario: RunSpec, problems: list[Problem]) -> CurrentProfile | None:
+def _current(
+    given: SeaCurrent | None, run: RunSettings, site: SiteSettings | None, problems: list[Problem]
+) -> CurrentProfile | None:
     """Build the current; None without one, or with a problem."""
-    given: SeaCurrent | None = settings.current
     if given is None:
         return None
     flow: Flow | None
     if isinstance(given, FileSeaCurrent):
-        flow = _table(given, "current", scenario, problems)
+        flow = _table(given, "current", run, site, problems)
     else:
         kind = SteadyFlow if isinstance(given, SteadySeaCurrent) else TidalFlow
         assert isinstance(given, SteadySeaCurrent | TidalSeaCurrent)
@@ -174,30 +180,35 @@ def _current(settings: SeaSettings, scenario: RunSpec, problems: list[Problem]) 
     return None if flow is None else CurrentProfile(flow=flow, shear_exponent=given.shear_exponent)
 
 
-def _wind(settings: SeaSettings, scenario: RunSpec, problems: list[Problem]) -> WindField | None:
+def _wind(
+    given: SeaWind | None, run: RunSettings, site: SiteSettings | None, problems: list[Problem]
+) -> WindField | None:
     """Build the wind; None without one, or with a problem."""
-    given: SeaWind | None = settings.wind
     if given is None:
         return None
     flow: Flow | None
     if isinstance(given, FileSeaWind):
-        flow = _table(given, "wind", scenario, problems)
+        flow = _table(given, "wind", run, site, problems)
     else:
         flow = SteadyFlow(speed=given.speed, direction=given.direction)
     if flow is None:
         return None
     gusts = None
     if given.gust_intensity > 0.0 and flow.mean().any():  # a calm carries none
-        gusts = KaimalGusts(intensity=given.gust_intensity, seed=scenario.run.seed)
+        gusts = KaimalGusts(intensity=given.gust_intensity, seed=run.seed)
     found = flow
     return _kept("sea.wind", lambda: WindField(flow=found, gusts=gusts), problems)
 
 
 def _table(
-    given: FileSeaCurrent | FileSeaWind, kind: Kind, scenario: RunSpec, problems: list[Problem]
+    given: FileSeaCurrent | FileSeaWind,
+    kind: Kind,
+    run: RunSettings,
+    site: SiteSettings | None,
+    problems: list[Problem],
 ) -> FlowTable | None:
     """Read a file, which must hold the whole time of the run; None with a problem."""
-    path, site = f"sea.{kind}.file", scenario.site
+    path = f"sea.{kind}.file"
     bearing = (site or SiteSettings(latitude=0.0, longitude=0.0)).bearing
     start = None if site is None else in_utc(datetime.fromisoformat(site.start))
     try:
@@ -206,7 +217,7 @@ def _table(
         name = Path(given.file).name
         problems += [Problem(path, f"{name}: {text.removeprefix('flow table: ')}") for text in error.texts]
         return None
-    first, last, end = float(table.time[0]), float(table.time[-1]), scenario.run.duration
+    first, last, end = float(table.time[0]), float(table.time[-1]), run.duration
     if first > 0.0 or last < end:
         text = f"holds the times from {first:g} to {last:g} s, allowed: a file that holds the run, from 0 to {end:g} s"
         problems.append(Problem(path, f"{Path(given.file).name}: {text}"))

@@ -24,12 +24,12 @@ from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
 from scenarios.schema.exercise import BoomSettings
-from scenarios.schema.liquid import CylinderFill, Fill, PipeEmitterSettings, SlabFill, Tank
+from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, Tank
+from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.afloat.boom_lines import track_off_reel
 from scenarios.setup.afloat.boom_losses import tension_of
-from scenarios.setup.afloat.moorings import beach_of
 from scenarios.setup.solids.placed_solids import vector
-from scenarios.spec.resolve import RunSpec
+from scenarios.spec.resolve import LiquidSpec
 from scenarios.text.problems import Problem, ScenarioError
 
 Array = NDArray[np.float64]
@@ -80,31 +80,38 @@ class WaterFlow:
         return self._sea.velocity(np.column_stack([points_xy, deep]), time)[:, :2]
 
 
-def build_slick(spec: RunSpec, sea: Sea, booms: Mapping[str, BoomLayout]) -> SlickParticipant | None:
-    """Build the slick of the oil that the scenario fills in, or may pour; None if no phase is oil."""
-    if not any(phase.is_oil for phase in spec.phases.values()):
+def build_slick(
+    liquid: LiquidSpec,
+    run: RunSettings,
+    settings_of: Mapping[str, BoomSettings],
+    sea: Sea,
+    booms: Mapping[str, BoomLayout],
+    beach: Beach | None,
+) -> SlickParticipant | None:
+    """Build the slick of the oil that is filled in, or may be poured, among booms by their settings; None if no phase is oil."""
+    if not any(phase.is_oil for phase in liquid.phases.values()):
         return None
-    spills = {name: spill_of(fill, spec.domain) for name, fill in spec.spills.items()}
-    bodies = [_boom_bodies(name, layout, spec.booms[name]) for name, layout in booms.items()]
-    beach, sources = beach_of(spec), oil_sources(spec)
-    released = sum(spill.volume for spill in spills.values()) + _poured(spec, sources)
+    spills = {name: spill_of(fill, liquid.domain) for name, fill in liquid.spills.items()}
+    bodies = [_boom_bodies(name, layout, settings_of[name]) for name, layout in booms.items()]
+    sources = oil_sources(liquid)
+    released = sum(spill.volume for spill in spills.values()) + _poured(liquid, sources, run.duration)
     settings = SlickSettings(
         loss_volume=(released or UNKNOWN_RELEASE) / LOST_PARCELS,
         water_density=sea.description.density,
         diffusivity=sea.description.diffusivity,
-        seed=spec.run.seed,
+        seed=run.seed,
     )
     slick = Slick(settings, _barriers(booms, bodies, beach))
     for name in booms:
-        for joint in spec.booms[name].parted:
+        for joint in settings_of[name].parted:
             slick.part(name, joint)
     for name, spill in spills.items():
-        oil = _oil(spec, spec.spills[name].phase)
+        oil = _oil(liquid.phases, liquid.spills[name].phase)
         slick.release(
             oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
         )
     participant = SlickParticipant(
-        SLICK, slick, carrying_sea(sea, booms), booms=bodies, loss_rate=_losses(spec, slick, booms), beach=beach
+        SLICK, slick, carrying_sea(sea, booms), booms=bodies, loss_rate=_losses(settings_of, slick, booms), beach=beach
     )
     participant.sources.extend(sources.values())
     return participant
@@ -120,21 +127,21 @@ def _barriers(booms: Mapping[str, BoomLayout], bodies: Sequence[BoomBodies], bea
     return barriers
 
 
-def _poured(spec: RunSpec, sources: Mapping[str, SpillSource]) -> float:
-    """Return the volume [m3] that the sources pour until the run's end."""
+def _poured(liquid: LiquidSpec, sources: Mapping[str, SpillSource], end: float) -> float:
+    """Return the volume [m3] that the sources pour until the run's end [s]."""
     return sum(
-        min(settings.volume or math.inf, sources[name].rate * max(0.0, spec.run.duration - settings.start))
-        for name, settings in spec.sources.items()
+        min(settings.volume or math.inf, sources[name].rate * max(0.0, end - settings.start))
+        for name, settings in liquid.sources.items()
     )
 
 
-def _losses(spec: RunSpec, slick: Slick, booms: Mapping[str, BoomLayout]) -> SlickLosses:
+def _losses(settings_of: Mapping[str, BoomSettings], slick: Slick, booms: Mapping[str, BoomLayout]) -> SlickLosses:
     """Return the closures of the booms that have them."""
     return SlickLosses(
         [
             _pooled(slick.barriers.rows(name), layout.boom)
             for name, layout in booms.items()
-            if spec.booms[name].losses == "closures"
+            if settings_of[name].losses == "closures"
         ]
     )
 
@@ -149,19 +156,19 @@ def _pooled(rows: slice, boom: BoomSection) -> PooledBoom:
     return PooledBoom(rows=rows, closures=closures, pocket=boom.pocket, pocket_rows=inside)
 
 
-def oil_sources(scenario: RunSpec) -> dict[str, SpillSource]:
-    """Return the scenario's pipes of oil as sources of parcels, by name: each pours its opening's area times its speed."""
+def oil_sources(liquid: LiquidSpec) -> dict[str, SpillSource]:
+    """Return the pipes of oil as sources of parcels, by name: each pours its opening's area times its speed."""
     return {
         name: SpillSource(
             name,
-            _oil(scenario, pipe.phase),
+            _oil(liquid.phases, pipe.phase),
             (pipe.mouth[0], pipe.mouth[1]),
             pipe.radius,
             rate_of(pipe),
             start=pipe.start,
             volume=pipe.volume,
         )
-        for name, pipe in scenario.sources.items()
+        for name, pipe in liquid.sources.items()
     }
 
 
@@ -170,20 +177,20 @@ def rate_of(pipe: PipeEmitterSettings) -> float:
     return math.pi * pipe.radius**2 * pipe.speed
 
 
-def new_sources(slick: SlickParticipant, scenario: RunSpec) -> list[SpillSource]:
-    """Return the sources that orders have added; ScenarioError for one that pours no oil."""
+def new_sources(slick: SlickParticipant, liquid: LiquidSpec, left_out: Sequence[str]) -> list[SpillSource]:
+    """Return the sources that orders have added; ScenarioError for one that pours no oil, and so is `left_out`."""
     known = {source.name for source in slick.sources}
-    sources = oil_sources(scenario)
-    others = [place.removeprefix("emitters.") for place in scenario.left_out if place.startswith("emitters.")]
+    sources = oil_sources(liquid)
+    others = [place.removeprefix("emitters.") for place in left_out if place.startswith("emitters.")]
     if others:
         text = "pours no oil, allowed without a tank: oil, which becomes parcels"
         raise ScenarioError([Problem(f"emitters.{name}", text) for name in others], "oilsim")
     return [source for name, source in sources.items() if name not in known]
 
 
-def _oil(scenario: RunSpec, name: str) -> Oil:
-    """Return the oil of a phase, numbered in the order of the scenario's oils."""
-    phase, oils = scenario.phases[name], [name for name, one in scenario.phases.items() if one.is_oil]
+def _oil(phases: Mapping[str, PhaseSettings], name: str) -> Oil:
+    """Return the oil of a phase, numbered in the order of the oils."""
+    phase, oils = phases[name], [name for name, one in phases.items() if one.is_oil]
     return Oil(
         density=phase.rest_density,
         dynamic_viscosity=phase.viscosity,

@@ -10,9 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.sea import Continuation, Sea, SteadyFlow
-from scenarios.setup.afloat.fleet import water_density
-from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.spec.resolve import RunSpec, deep_to_the_floor
 
 
 class RunSea:
@@ -22,9 +19,7 @@ class RunSea:
     where the run is.
     """
 
-    def __init__(
-        self, scenario: RunSpec, sea: Sea, clock: Callable[[], float], place: Callable[[], NDArray[np.float64]]
-    ) -> None:
+    def __init__(self, sea: Sea, clock: Callable[[], float], place: Callable[[], NDArray[np.float64]]) -> None:
         """Take the sea at the start; clock: the time [s]; place: (2,) [m] where gusts go on."""
         self.now, self._clock, self._place = sea, clock, place
         self._listeners = list[Callable[[Sea], None]]()
@@ -33,10 +28,8 @@ class RunSea:
         """Tell a listener of every sea that comes; what nobody listens to never changes."""
         self._listeners.append(listener)
 
-    def ordered(self, scenario: RunSpec) -> Sea:
-        """Return the sea of `scenario` as it goes on from the present one; ScenarioError for one that cannot be built."""
-        settings = deep_to_the_floor(scenario, self.now.level)
-        sea = build_sea(replace(scenario, sea=settings), water_density(scenario))
+    def ordered(self, sea: Sea) -> Sea:
+        """Return another sea as it goes on from the present one."""
         return self.now.followed_by(sea.description, self._clock(), self._place())
 
     def save_state(self) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,8 +13,8 @@ from booms.deployment import PlacedBody
 from coupling.participants.plan_barriers import Beach
 from coupling.solids.bodies import mass_properties
 from recordings.model.exercise import GROUND
+from scenarios.schema.exercise import BoomSettings
 from scenarios.setup.solids.placed_solids import HELD_DENSITY, Solid
-from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
@@ -34,7 +34,9 @@ HALVINGS = 4
 SAND = (196, 178, 138, 255)
 
 
-def load_bodies(world: RigidBodyWorld, scenario: RunSpec, sea: Sea, fleet: Fleet, solids: Sequence[Solid]) -> None:
+def load_bodies(
+    world: RigidBodyWorld, booms: Mapping[str, BoomSettings], sea: Sea, fleet: Fleet, solids: Sequence[Solid]
+) -> None:
     """Let the sea load all free bodies of the world; ScenarioError with every body that does not float."""
     from oilsim.loads.morison import FloatingBodies
     from scenarios.setup.solids.placed_solids import table_entry
@@ -50,7 +52,7 @@ def load_bodies(world: RigidBodyWorld, scenario: RunSpec, sea: Sea, fleet: Fleet
             problems.append(Problem(table_entry(solid.name), f"{error}, allowed without a tank: bodies that float"))
     if problems:
         raise ScenarioError(problems)
-    tracks = tuple(_tracks(scenario, fleet, list(models)))
+    tracks = tuple(_tracks(booms, fleet, list(models)))
     if tracks:
         from booms.reel import ReeledBodies
 
@@ -59,12 +61,12 @@ def load_bodies(world: RigidBodyWorld, scenario: RunSpec, sea: Sea, fleet: Fleet
         world.set_environment(FloatingBodies(list(models.values()), sea), list(models))
 
 
-def _tracks(scenario: RunSpec, fleet: Fleet, names: Sequence[str]) -> Iterator[Track]:
+def _tracks(booms: Mapping[str, BoomSettings], fleet: Fleet, names: Sequence[str]) -> Iterator[Track]:
     """Yield the lines of booms on reels; names of the loaded bodies."""
     from scenarios.setup.afloat.boom_lines import track_off_reel
 
     for name, layout in fleet.booms.items():
-        track = track_off_reel(layout, scenario.booms[name], names.index(layout.segments[0].name))
+        track = track_off_reel(layout, booms[name], names.index(layout.segments[0].name))
         if track is not None:
             yield track
 

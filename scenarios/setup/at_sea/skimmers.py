@@ -12,20 +12,20 @@ from coupling.bullet.assembly import BODIES
 from coupling.master.connection import Connection
 from coupling.participants.slick import SlickParticipant
 from scenarios.schema.exercise import body_of, segment_names
-from scenarios.spec.resolve import RunSpec
+from scenarios.schema.recovery import SkimmerSettings
 
 
 def build_skimmers(
-    scenario: RunSpec, slick: SlickParticipant | None, booms: Mapping[str, BoomLayout]
+    settings_of: Mapping[str, SkimmerSettings], slick: SlickParticipant | None, booms: Mapping[str, BoomLayout]
 ) -> tuple[SkimmingParticipant, ...]:
-    """Build the skimmers of a scenario; none without oil on the water."""
+    """Build skimmers by their settings; none without oil on the water."""
     if slick is None:
         return ()
     found = []
-    for name, settings in scenario.skimmers.items():
+    for name, settings in settings_of.items():
         body, offset = settings.on, np.array([*settings.place, 0.0])
         if body is not None and body in booms:
-            count = scenario.booms[body].segments
+            count = len(booms[body].segments)
             body = segment_names(body, count)[count // 2 if settings.segment is None else settings.segment]
         elif body is not None:
             body = body_of(body)

@@ -25,12 +25,13 @@ from oilsim.window.rim import share_kept
 from oilsim.window.settings import WindowSettings
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
-from scenarios.schema.exercise import body_of, segment_names
+from scenarios.schema.exercise import BoomSettings, body_of
+from scenarios.schema.liquid import FluidSettings
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.window import WindowTable, window_place
 from scenarios.setup.afloat.fleet import Fleet
 from scenarios.setup.solids.placed_solids import Solid, sampled
-from scenarios.spec.resolve import RunSpec
+from scenarios.spec.resolve import LiquidSpec
 from scenarios.spec.window_choice import COARSE, fluid_steps
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -39,17 +40,19 @@ Array = NDArray[np.float64]
 COLUMNS = 16
 
 
-def build_windows(scenario: RunSpec, sea: Sea) -> dict[str, Window]:
-    """Fill the windows of a settled scenario with water; other liquids come later."""
-    phases = sorted(scenario.phases.items(), key=lambda item: item[1].is_oil)
+def build_windows(
+    tables: Mapping[str, WindowTable], liquid: LiquidSpec, threads: int | None, sea: Sea
+) -> dict[str, Window]:
+    """Fill the windows of a run with water; other liquids come later."""
+    phases = sorted(liquid.phases.items(), key=lambda item: item[1].is_oil)
     liquids = tuple(
         Phase(name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, adhesion=phase.adhesion)
         for name, phase in phases
     )
     windows = {}
-    for number, (name, table) in enumerate(scenario.window.items()):
-        settings = table.settings(scenario.fluid)
-        windows[name] = Window(settings, sea, liquids, scenario.run.threads, number)
+    for number, (name, table) in enumerate(tables.items()):
+        settings = table.settings(liquid.fluid)
+        windows[name] = Window(settings, sea, liquids, threads, number)
     return windows
 
 
@@ -94,9 +97,8 @@ def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
     }
 
 
-def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, scenario: RunSpec) -> None:
-    """Let a slick's oil become particles of the windows and back, and let the windows' water carry what stays parcels."""
-    oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
+def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, oils: Sequence[str]) -> None:
+    """Let a slick's oil, of phases by these names, become particles of the windows and back; the windows' water carries the parcels."""
     exchanges = [OilExchange(one, oils) for one in windows.values()]
     flow = slick.flow
     for one in exchanges:
@@ -107,11 +109,6 @@ def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, scenari
 def middle_of(segments: Sequence[str]) -> list[str]:
     """Return the middle segment, or the two beside the middle: a window beside it would load one leg of a U more than the other."""
     return list(segments[(len(segments) - 1) // 2 : len(segments) // 2 + 1])
-
-
-def targets_of(scenario: RunSpec, fleet: Fleet) -> dict[str, Target]:
-    """Return the places that the windows of a scenario follow, by the poses of bodies."""
-    return {name: target_of(table.target, fleet) for name, table in scenario.window.items()}
 
 
 def target_of(target: str | Point2, fleet: Fleet) -> Target:
@@ -125,17 +122,18 @@ def target_of(target: str | Point2, fleet: Fleet) -> Target:
     return lambda poses: np.mean([poses[name][:2] for name in names], axis=0)
 
 
-def require_water(scenario: RunSpec, solids: Sequence[Solid], level: float) -> tuple[str, ...]:
+def require_water(
+    tables: Mapping[str, WindowTable], fluid: FluidSettings, solids: Sequence[Solid], level: float
+) -> tuple[str, ...]:
     """Say which fixed bodies reach beyond a window, which cannot meet them; ScenarioError for windows that lie inside one whole.
 
     level [m] of the still water.
     """
     fixed = [solid for solid in solids if solid.motion == "fixed" and solid.wetted]
     problems, told = list[Problem](), list[str]()
-    for name, table in scenario.window.items() if fixed else ():
-        place, settings = window_place(name, scenario.window), table.settings(scenario.fluid)
-        middle = _middle(scenario, table.target, solids)
-        for body, share, is_beyond in _overlaps(fixed, settings, middle, level):
+    for name, table in tables.items() if fixed else ():
+        place, settings = window_place(name, tables), table.settings(fluid)
+        for body, share, is_beyond in _overlaps(fixed, settings, _middle(table.target, solids), level):
             if share == 1.0:
                 text = f"puts all of the window inside body {body!r}, where no water is, allowed: a place in the water"
                 problems.append(Problem(f"{place}.target", text))
@@ -145,18 +143,18 @@ def require_water(scenario: RunSpec, solids: Sequence[Solid], level: float) -> t
                     f" {place}.size must hold all of a fixed body, or the window must be clear of it"
                 )
     if problems:
-        raise ScenarioError(problems, scenario.name)
+        raise ScenarioError(problems)
     return tuple(told)
 
 
-def _middle(scenario: RunSpec, target: str | Point2, solids: Sequence[Solid]) -> Array:
+def _middle(target: str | Point2, solids: Sequence[Solid]) -> Array:
     """Return the place (2,) [m] of a window's middle at the start."""
     if not isinstance(target, str):
         return np.array(target)
-    names = [body_of(target) if target in scenario.vessels else target]
-    if target in scenario.booms:
-        names = middle_of(segment_names(target, scenario.booms[target].segments))
-    return np.mean([solid.placed.position[:2] for solid in solids if solid.name in names], axis=0)
+    places = {solid.name: solid.placed.position[:2] for solid in solids}
+    names = middle_of([name for name in places if name.startswith(f"boom/{target}/segment-")])
+    names = names or [body_of(target) if body_of(target) in places else target]
+    return np.mean([places[name] for name in names], axis=0)
 
 
 def _overlaps(
@@ -212,48 +210,45 @@ def _boom_shares(
                 yield window_place(name, tables), boom, shares
 
 
-def window_facts(scenario: RunSpec) -> Iterator[str]:
-    """Say what comes of each window's resolution."""
-    for name, window in scenario.window.items():
-        settings = window.settings(scenario.fluid)
-        size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(scenario, settings)
+def window_facts(tables: Mapping[str, WindowTable], fluid: FluidSettings, step: float) -> Iterator[str]:
+    """Say what comes of each window's resolution; step [s] of the communication."""
+    for name, window in tables.items():
+        settings = window.settings(fluid)
+        size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(settings, fluid.gravity, step)
         yield (
-            f"{window_place(name, scenario.window)}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
+            f"{window_place(name, tables)}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
             f" {settings.particle_count:,} particles of {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step; oil"
             f" thinner than {spacing:.3g} m stays parcels"
         )
 
 
-def window_remarks(scenario: RunSpec, sea: Sea) -> Iterator[str]:
-    """Say what is wrong with the size, the place and the particles of each window though it can be run."""
-    for name, window in scenario.window.items():
-        yield from _of_one(scenario, window, sea, window_place(name, scenario.window))
+def window_remarks(
+    tables: Mapping[str, WindowTable],
+    fluid: FluidSettings,
+    sea: Sea,
+    booms: Mapping[str, BoomSettings],
+    others: Sequence[Point2],
+) -> Iterator[str]:
+    """Say what is wrong with the size, the place and the particles of each window though it can be run.
 
-
-def _of_one(scenario: RunSpec, window: WindowTable, sea: Sea, place: str) -> Iterator[str]:
-    """Say what is wrong with one window, which is described at a `place` of the file."""
-    settings = window.settings(scenario.fluid)
-    spacing = settings.spacing
-    for name, boom in scenario.booms.items():
-        if boom.skirt_depth < COARSE * spacing:
+    others: places (x, y) [m] of vessels and bodies at the start.
+    """
+    for name, window in tables.items():
+        place, settings = window_place(name, tables), window.settings(fluid)
+        for boom, its in booms.items():
+            if its.skirt_depth < COARSE * settings.spacing:
+                yield (
+                    f"{place}: the skirt of boom {boom!r} is {its.skirt_depth / settings.spacing:.1f} particles deep, which hardly"
+                    f" shows it; {its.skirt_depth / COARSE:.2g} m or less would be better"
+                )
+        reach = 0.5 * max(settings.whole_size) + max((its.length for its in booms.values()), default=0.0)
+        if not isinstance(window.target, str) and others and all(math.dist(window.target, at) > reach for at in others):
+            x, y = window.target
             yield (
-                f"{place}: the skirt of boom {name!r} is {boom.skirt_depth / spacing:.1f} particles deep, which hardly shows it;"
-                f" {boom.skirt_depth / COARSE:.2g} m or less would be better"
+                f"{place}: no body comes near {x:g}, {y:g} at the start, so its water rests; {place}.target can be a boom, a vessel"
+                " or a body"
             )
-    yield from _idle(scenario, window, settings, place)
-    yield from _short_rim(settings, sea, place)
-
-
-def _idle(scenario: RunSpec, window: WindowTable, settings: WindowSettings, place: str) -> Iterator[str]:
-    """Say so if a window at a place has no body near it at the start."""
-    if isinstance(window.target, str):
-        return
-    x, y = window.target
-    places = [vessel.position for vessel in scenario.vessels.values()]
-    places += [getattr(body, "position", (x, y))[:2] for body in scenario.bodies.values()]
-    reach = 0.5 * max(settings.whole_size) + max((boom.length for boom in scenario.booms.values()), default=0.0)
-    if places and all(math.hypot(at[0] - x, at[1] - y) > reach for at in places):
-        yield f"{place}: no body comes near {x:g}, {y:g} at the start, so its water rests; {place}.target can be a boom, a vessel or a body"
+        yield from _short_rim(settings, sea, place)
 
 
 def _short_rim(settings: WindowSettings, sea: Sea, place: str) -> Iterator[str]:

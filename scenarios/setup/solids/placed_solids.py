@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -23,7 +23,6 @@ from recordings.model.frame import Color
 from scenarios.schema.bodies import Body, Fixed, MeshBody, SineMotion
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.setup.solids.body_shapes import body_solid
-from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem, problems_of
 
 Array = NDArray[np.float64]
@@ -88,10 +87,10 @@ def table_entry(body: str) -> str:
     return f"{tables[group]}.{rest.partition('/')[0]}" if group in tables and rest else f"bodies.{body}"
 
 
-def own_solids(scenario: RunSpec, problems: list[Problem]) -> tuple[Solid, ...]:
+def own_solids(bodies: Mapping[str, Body], problems: list[Problem]) -> tuple[Solid, ...]:
     """Build the valid bodies of the [bodies] table; those whose meshes cannot be used are added to `problems`."""
     solids: list[Solid] = []
-    for name, body in scenario.bodies.items():
+    for name, body in bodies.items():
         try:
             solids.append(_solid(name, body, body_solid(body)))
         except (ValueError, OSError) as error:

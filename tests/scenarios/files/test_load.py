@@ -523,7 +523,7 @@ def test_an_exercise_offers_fidelities_and_refuses_others() -> None:
         ("sweep-200m", "fine", {"window"}),
     ):
         chosen = [] if fidelity is None else [f"fidelity={fidelity}"]
-        assert load_scenario(name, overrides=chosen).scenario.boxes == boxes, (name, fidelity)
+        assert load_scenario(name, overrides=chosen).scenario.parts.boxes == boxes, (name, fidelity)
     with pytest.raises(ScenarioError, match=r"fidelity is 'live', allowed in this exercise: fine, none; live needs"):
         load_scenario("u-sweep", overrides=["fidelity=live"])
     with pytest.raises(ScenarioError, match=r"fidelity is 'fine', allowed in this exercise: none; fine needs"):

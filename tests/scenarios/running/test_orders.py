@@ -280,7 +280,7 @@ def test_orders_of_the_guide(
     monkeypatch.chdir(tmp_path)
     orders = [call for call in commands(DOCS / "guides" / "orders.md") if call[:2] == ["order", "sweep.rrd"]]
     scenario, record = tow(duration=0.2), tmp_path / "sweep.rrd"
-    waves = JonswapSeaWaves(significant_height=0.2, peak_period=3.0, direction=0.0, count=20)
+    waves = JonswapSeaWaves(significant_height=0.2, peak_period=3.0, direction=0.0)
     boom = replace(scenario.booms["main"], segments=22)
     sea = replace(scenario.sea, waves=waves, wind=SteadySeaWind(speed=5.0, direction=0.0))
     with going_on(replace(scenario, sea=sea, booms={"main": boom}), record):

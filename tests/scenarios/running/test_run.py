@@ -180,7 +180,7 @@ def test_body_displaces_the_liquid_it_stands_in() -> None:
 
 def _start(scenario: Scenario) -> dict[str, np.ndarray]:
     spec = resolve(scenario)
-    return fill_positions(spec, [solid.world_mesh() for solid in own_solids(spec, [])])
+    return fill_positions(spec.liquid, [solid.world_mesh() for solid in own_solids(spec.bodies, [])])
 
 
 def test_failed_run_ends_with_1_and_keeps_recording_and_summary(
@@ -286,8 +286,8 @@ def test_signals_that_a_run_was_started_to_ignore_do_not_stop_it(tmp_path: Path)
 )
 def test_terms_of_recording(name: str, settings: tuple[str, ...], grid: float | None, thinned: dict[str, int]) -> None:
     scenario = load_scenario(name, overrides=settings).scenario
-    assert recorder_options.grid(scenario) == grid
-    assert recorder_options.thinning(scenario) == thinned
+    assert recorder_options.grid(scenario.recording.precision, scenario.fluid.particle_spacing) == grid
+    assert recorder_options.thinning(scenario.phases) == thinned
 
 
 def test_failure_names_the_participant() -> None:

@@ -51,7 +51,7 @@ def test_body_is_placed_by_the_origin_of_its_shape_and_turned() -> None:
             "ball": SphereBody(position=(0.5, 0.5, 1.5), radius=0.1, mass=2.0),
         },
     )
-    box, ball = own_solids(scenario, [])
+    box, ball = own_solids(scenario.bodies, [])
     np.testing.assert_allclose(box.world_mesh().extents, [0.2, 0.6, 0.1], atol=1e-12)
     np.testing.assert_allclose(box.world_mesh().bounds.mean(axis=0), [1.0, 1.0, 0.7], atol=1e-12)
     assert box.placed.mass_properties.mass == pytest.approx(300.0 * 0.012)

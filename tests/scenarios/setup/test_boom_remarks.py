@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from booms.losses.resolution import skirt_in_words
-from scenarios.setup.afloat.boom_remarks import blockage, boom_remarks
-from scenarios.setup.afloat.fleet import place_fleet
+from scenarios.setup.afloat.boom_remarks import blockage, boom_remarks, waterside_of
 from scenarios.setup.cost import estimate
 from scenarios.setup.fill_lattice import misfits
+from scenarios.setup.layout import lay_out
 from scenarios.spec.load import scenario_from
-from scenarios.spec.resolve import resolve
+from scenarios.spec.resolve import RunSpec, resolve
 
 MOORED: dict[str, Any] = {
     "name": "moored",
@@ -48,29 +48,39 @@ def changed(**entries: Any) -> Any:
     return resolve(scenario_from(data))
 
 
+def remarks(spec: RunSpec) -> dict[str, str]:
+    """Return what is said of the booms of a run in water up to 0.8 m."""
+    return boom_remarks(spec.booms, waterside_of(spec, 0.8))
+
+
+def filled(spec: RunSpec) -> float:
+    """Return the share of the section that the boom fills in water up to 0.8 m."""
+    return blockage(spec.booms["inlet"], waterside_of(spec, 0.8))
+
+
 def test_the_share_of_the_section_that_a_boom_fills() -> None:
     """Ends 3.2 m apart across the current, 0.4 m deep, in 4 m x 0.8 m: 40 %."""
-    assert blockage("inlet", changed(), 0.8) == pytest.approx(3.2 * 0.4 / (4.0 * 0.8))
-    assert blockage("inlet", changed(sea__current__direction=np.pi), 0.8) == pytest.approx(0.4)
+    assert filled(changed()) == pytest.approx(3.2 * 0.4 / (4.0 * 0.8))
+    assert filled(changed(sea__current__direction=np.pi)) == pytest.approx(0.4)
     along = changed(sea__current__direction=0.5 * np.pi)
-    assert blockage("inlet", along, 0.8) == pytest.approx(0.0, abs=1e-12)
-    assert blockage("inlet", changed(tank__open=["+z", "-y"]), 0.8) == 0.0
-    assert blockage("inlet", changed(sea={}), 0.8) == 0.0
+    assert filled(along) == pytest.approx(0.0, abs=1e-12)
+    assert filled(changed(tank__open=["+z", "-y"])) == 0.0
+    assert filled(changed(sea={})) == 0.0
 
 
 def test_remarks_name_particles_blockage_and_side() -> None:
-    told = boom_remarks(changed(), 0.8)
+    told = remarks(changed())
     assert "its skirt is 4 particles deep" in told["skirt inlet"] and "not to be trusted" in told["skirt inlet"]
     assert (
         "it fills 40 % of the water's section" in told["blockage inlet"]
         and "1.7 times as fast" in told["blockage inlet"]
     )
     assert "bulge inlet" not in told  # the current's side
-    slack = boom_remarks(changed(sea={}), 0.8)["bulge inlet"]
+    slack = remarks(changed(sea={}))["bulge inlet"]
     assert slack.endswith("bulges towards 270 degrees of the compass")
-    against = boom_remarks(changed(booms__inlet__bulge="right"), 0.8)["bulge inlet"]
+    against = remarks(changed(booms__inlet__bulge="right"))["bulge inlet"]
     assert "towards 270" in against and "against the current" in against
-    fine = boom_remarks(changed(fluid__particle_spacing=0.04), 0.8)["skirt inlet"]
+    fine = remarks(changed(fluid__particle_spacing=0.04))["skirt inlet"]
     assert "10 particles deep: the speed of the first loss is modelled" in fine
     assert set(told.values()) <= set(estimate(changed()).told)
 
@@ -80,9 +90,7 @@ def test_remarks_name_particles_blockage_and_side() -> None:
 )
 def test_a_moored_boom_is_laid_down_the_current_or_as_stated(bulge: str | None, direction: float, side: int) -> None:
     entries: dict[str, Any] = {"sea__current__direction": direction} | ({"booms__inlet__bulge": bulge} if bulge else {})
-    problems: list[Any] = []
-    fleet = place_fleet(changed(**entries), 0.8, (), problems)
-    assert not problems
+    fleet = lay_out(changed(**entries)).fleet
     middle = fleet.booms["inlet"].segments[6].position[0]
     assert side * (middle - 3.0) > 0.5
 
@@ -143,7 +151,7 @@ def test_check_says_which_interfacial_tension_is_assumed() -> None:
 )
 def test_a_boom_in_driven_water_is_told(entries: dict[str, Any], driven: set[str]) -> None:
     """Waves that drive the water inside a boom as well as outside carry its oil over it: 44 of 102 litres in the tow-speed ramp."""
-    told = boom_remarks(changed(**entries), 0.8)
+    told = remarks(changed(**entries))
     assert {name for name in told if name.startswith("driven")} == driven
     assert all("a zone (tank.zones)" in told[name] for name in driven)
 
@@ -167,7 +175,7 @@ def test_water_that_starts_without_the_current_of_a_zone_is_told(
     """Closures take the ordered current everywhere from the start, though it drives the water in its zone only."""
     water = MOORED["fill"]["sea"] | ({} if velocity is None else {"velocity": velocity})
     scenario = changed(tank__zones=INLET, fill__sea=water)
-    found = boom_remarks(scenario, 0.8).get("start")
+    found = remarks(scenario).get("start")
     if told is None:
         assert found is None
         return
@@ -177,6 +185,6 @@ def test_water_that_starts_without_the_current_of_a_zone_is_told(
 
 
 def test_water_at_the_start_is_told_only_where_closures_go_by_a_current_in_a_zone() -> None:
-    assert "start" not in boom_remarks(changed(), 0.8)  # a current through the whole tank: the water starts with it
-    assert "start" not in boom_remarks(changed(tank__zones=INLET, booms__inlet__losses="resolved"), 0.8)
-    assert "start" not in boom_remarks(changed(sea={}), 0.8)
+    assert "start" not in remarks(changed())  # a current through the whole tank: the water starts with it
+    assert "start" not in remarks(changed(tank__zones=INLET, booms__inlet__losses="resolved"))
+    assert "start" not in remarks(changed(sea={}))

@@ -279,7 +279,7 @@ def course(text: str, tow: str = "") -> Course | None:
     """Return the course of the vessel at (10, -5) with these lines more in its table, and a tow's."""
     base = BASE.replace("position = [0.0, 0.0]", "position = [10.0, -5.0]")
     scenario = scenario_from(tomllib.loads(base + text + SCREWS + tow))
-    return course_of(scenario.vessels["tug"], scenario)
+    return course_of(scenario.vessels["tug"], scenario.tow)
 
 
 @pytest.mark.parametrize("depart", [0.0, 30.0])

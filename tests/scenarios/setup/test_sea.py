@@ -13,7 +13,7 @@ import pytest
 from scipy.constants import knot
 from scipy.io import netcdf_file
 
-from oilsim.sea import JonswapWaves, RegularWaves
+from oilsim.sea import JonswapWaves, RegularWaves, Sea
 from scenarios.cli import main
 from scenarios.running.exercise_fmu import SCENARIO_FILE, exercise_content
 from scenarios.setup.at_sea.build_sea import build_sea
@@ -23,6 +23,7 @@ from scenarios.setup.at_sea.flow_files import read_flow
 from scenarios.setup.layout import lay_out
 from scenarios.spec.load import load_scenario
 from scenarios.spec.resolve import resolve
+from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import ScenarioError
 
 BASIC = """
@@ -79,13 +80,19 @@ start = "2026-05-01T08:00:00Z"
 START = datetime(2026, 5, 1, 8, tzinfo=UTC)
 
 
+def sea_of(scenario: Scenario) -> Sea:
+    """Build the sea of a scenario, on water up to 0 m where it says nothing."""
+    spec = resolve(scenario)
+    return build_sea(spec.sea_at(0.0), spec.run, spec.site, spec.liquid)
+
+
 def scenario_of(folder: Path, text: str):
     (folder / "bay.toml").write_text(BASIC + text)
     return load_scenario(folder / "bay.toml").scenario
 
 
 def test_a_sea_is_as_its_table_says(tmp_path):
-    sea = build_sea(scenario_of(tmp_path, SEA))
+    sea = sea_of(scenario_of(tmp_path, SEA))
     told = sea.description
     assert told.depth == 12.0
     assert told.waves == JonswapWaves(
@@ -109,7 +116,7 @@ def test_the_sea_of_a_tank_is_as_deep_as_its_water(tmp_path):
 
 def test_a_regular_wave(tmp_path):
     text = '[sea]\ndepth = 5.0\n[sea.waves]\nkind = "regular"\nheight = 0.4\nperiod = 4.0\n'
-    sea = build_sea(scenario_of(tmp_path, text))
+    sea = sea_of(scenario_of(tmp_path, text))
     assert sea.description.waves == RegularWaves(height=0.4, period=4.0)
 
 
@@ -130,7 +137,7 @@ def test_a_regular_wave(tmp_path):
 )
 def test_columns_of_all_kinds_give_the_same_wind(tmp_path, header, rows):
     (tmp_path / "wind.csv").write_text("\n".join(["# a comment", header, *rows, ""]))
-    sea = build_sea(scenario_of(tmp_path, '[sea]\ndepth = 5.0\n[sea.wind]\nkind = "file"\nfile = "wind.csv"\n' + SITE))
+    sea = sea_of(scenario_of(tmp_path, '[sea]\ndepth = 5.0\n[sea.wind]\nkind = "file"\nfile = "wind.csv"\n' + SITE))
     assert sea.mean_wind(0.0) == pytest.approx((0.0, 4.0), abs=1e-9)
     assert sea.mean_wind(300.0) == pytest.approx((-1.0, 2.0), abs=1e-9)
     assert sea.mean_wind(600.0) == pytest.approx((-2.0, 0.0), abs=1e-9)
@@ -157,7 +164,7 @@ def write_netcdf(
 def test_a_netcdf_file_gives_the_same_wind(tmp_path):
     # its attribute scale_factor has single precision
     write_netcdf(tmp_path / "wind.nc", [0.0, 1 / 6])
-    sea = build_sea(scenario_of(tmp_path, '[sea]\ndepth = 5.0\n[sea.wind]\nkind = "file"\nfile = "wind.nc"\n' + SITE))
+    sea = sea_of(scenario_of(tmp_path, '[sea]\ndepth = 5.0\n[sea.wind]\nkind = "file"\nfile = "wind.nc"\n' + SITE))
     assert sea.mean_wind(300.0) == pytest.approx((-1.0, 2.0), abs=1e-6)
 
 
@@ -279,7 +286,7 @@ def test_a_missing_file_is_named(tmp_path):
     ):
         scenario = scenario_of(tmp_path, f'[sea]\ndepth = 5.0\n[sea.wind]\nkind = "file"\nfile = "{name}"\n')
         with pytest.raises(ScenarioError, match=rf"sea.wind.file {name}: {told}"):
-            build_sea(scenario)
+            sea_of(scenario)
 
 
 def test_the_fmu_of_an_exercise_takes_the_files_along(tmp_path):

@@ -82,7 +82,8 @@ def steps(assembly: Assembly, duration: float) -> Iterator[float]:
 def test_a_floating_body_moves_with_the_waves(tmp_path: Path) -> None:
     """It begins at rest in the current, and surges with the water after half a period; what it exchanges is accounted for."""
     assembly = assembled(tmp_path, '"box"', 0.0)
-    sea, apart = build_sea(assembly.scenario), []
+    spec, apart = assembly.scenario, []
+    sea = build_sea(spec.sea_at(0.0), spec.run, spec.site, spec.liquid)
     assert sea is not None and assembly.world is not None
     for time in steps(assembly, 2.4):
         pose = assembly.world.pose("box")

@@ -92,7 +92,8 @@ class Watched:
     """The score of a boom that stands still, to which oil and current are given by hand; its skirt is two particles deep."""
 
     def __init__(self, **tables: Any) -> None:
-        self.assembly = build(scenario_from(pool() | tables))
+        self.scenario = scenario_from(pool() | tables)
+        self.assembly = build(self.scenario)
         self.score: BoomScore = self.assembly.scoring.booms[0]
         self.told: list[tuple[float, str]] = []
         self.clock = 0.0  # [s] of `flow`
@@ -175,7 +176,7 @@ def told_by_hand() -> tuple[dict[int, dict[str, float]], dict[int, set[str]]]:
         for name, above in (("leaks", 0.3), ("never", 0.35))
     }
     watched = Watched(tank=pool()["tank"] | {"open": ["+z"], "periodic": ["x", "y"]}, injects=injects)
-    scenario, parts = watched.assembly.scenario, watched.assembly.parts
+    scenario, parts = watched.scenario, watched.assembly.parts
     asked, signals, due = Injects(scenario, parts), {}, {}
     oil = [FREE] * 4 + [HELD] * 36
     for second in range(15):
