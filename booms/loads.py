@@ -1,6 +1,6 @@
 """Loads of a sea on a boom's segment without particles.
 
-The segment's mesh as built carries buoyancy and wave pressure. Added mass is that of its section (`oilsim.loads.strip_coefficients`):
+The segment's mesh as built carries buoyancy and wave pressure. Added mass is that of its section (`oilsim.loads.load_model`):
 the skirt with the float's draft is a plate of full draft in sway, the float half an ellipse in heave. Water drags the skirt with
 C_d = 1.88, the rule 26 A V^2 of the US Navy (F in kgf, V in knots), and along it with skin friction; wind presses on the freeboard with
 the coefficient of the rule 26 A (V / 40)^2.
@@ -15,8 +15,7 @@ import numpy as np
 from booms.boom import Boom
 from booms.segments import BoomSegment
 from oilsim.core.physical_constants import AIR_DENSITY, GRAVITY, KNOT, STANDARD_GRAVITY
-from oilsim.loads.load_model import LoadModel, Part, Station
-from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
+from oilsim.loads.load_model import LoadModel, Part, Station, heave_added_mass, heave_wave_damping, sway_added_mass
 
 # [kgf/(m2 kn2)] force of water on a skirt; paper (US Navy Ship Salvage Manual, volume 6, appendix E)
 NAVY_RULE = 26.0

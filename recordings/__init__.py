@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from recordings.files.errors import RecordingError
+    from recordings.files.writing import RecordingError
     from recordings.pictures.picture import draw_picture
     from recordings.replay.recording import Replay
     from recordings.sink.recorder import Recorder

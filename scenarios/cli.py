@@ -12,7 +12,7 @@ import re
 import sys
 from collections.abc import MutableSequence, Sequence
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from scenarios.commands import catalogs, check, conduct, export, fmu, order, playback, run, shipped, sweep
 from scenarios.text.problems import BAD_INPUT, DONE, INTERRUPTED, ScenarioError
 

@@ -10,7 +10,7 @@ the second moments of D, a_i^2 = 5 <x_i^2> (Lamb 1932, article 114):
     A_i = k_i rho V,   k_i = alpha_i / (2 - alpha_i),   alpha_i = a b c int_0^inf dl / ((a_i^2 + l) ((a^2 + l)(b^2 + l)(c^2 + l))^(1/2)).
 
 V [m3] is what the body wets. A half-immersed ball has rho V / 2, a long half-immersed cylinder rho V across. The mirror image makes the
-surface a wall to sway (slow motion) and a surface without pressure to heave (fast motion), as `oilsim.loads.strip_coefficients` does.
+surface a wall to sway (slow motion) and a surface without pressure to heave (fast motion), as `oilsim.loads.load_model` does.
 Cells share it by what they wet.
 
 Waves that heave makes (Haskind's relation, Newman 1977, section 6.17), k = omega^2 / g, at the frequency of free heave:

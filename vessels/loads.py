@@ -1,7 +1,7 @@
 """Loads of a sea on a hull without particles, strip by strip.
 
 The mesh is cut across into strips that are short against the waves. Each carries its own buoyancy and wave pressure, the added mass and
-wave damping of its section (`oilsim.loads.strip_coefficients`), cross-flow drag in sway and heave, and wind. Along the hull acts
+wave damping of its section (`oilsim.loads.load_model`), cross-flow drag in sway and heave, and wind. Along the hull acts
 friction by the line of the ITTC 1957 with a form factor. What a vessel under way feels besides, is in `vessels.hull_forces`.
 """
 
@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from coupling.solids.hydrostatics import hydrostatics
 from oilsim.core.physical_constants import GRAVITY
-from oilsim.loads.load_model import LoadModel, Part, Station
-from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
+from oilsim.loads.load_model import LoadModel, Part, Station, heave_added_mass, heave_wave_damping, sway_added_mass
 from vessels.hull import Hull
 
 Array = NDArray[np.float64]

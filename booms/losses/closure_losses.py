@@ -23,9 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 from booms.boom_state import BoomState, beside, nearest_image, signed_distance
 from booms.containment import Containment, Standing
 from booms.losses.budgets import LossBudgets
-from booms.losses.liquids import OilOnWater, mixed
+from booms.losses.liquids import OilOnWater, front_thickness, mixed
 from booms.losses.rates import WAYS, Closures, Drivers
-from booms.losses.slick import front_thickness
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from coupling.master.saved_fields import SavedFields
 from oilsim import Fluid

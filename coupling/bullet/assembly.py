@@ -21,11 +21,11 @@ from coupling.bullet.client_links_participant import ClientLinksParticipant, lin
 from coupling.bullet.links import LinkKey
 from coupling.bullet.rigid_body_participant import Requested, RigidBodyParticipant
 from coupling.bullet.rigid_body_world import RigidBodyWorld
+from coupling.master.algorithms import Aitken, Iteration
 from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme, require_scheme
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import ENERGY_LIMIT, GAUSS_SEIDEL, BodyBond, Exchange, ExchangeLedger
-from coupling.master.fixed_point import Aitken, Iteration
 from coupling.master.observer_dispatch import NOBODY, Watching
 from coupling.master.participant import Participant
 from coupling.participants.fluid import FluidParticipant

@@ -22,7 +22,7 @@ import fmpy
 from fmpy.validation import validate_fmu
 
 from coupling.fmu.trial_process import temporary_folder
-from recordings.files.own_programs import module_command, module_environment
+from recordings.files.writing import module_command, module_environment
 
 Version = Literal[2, 3]
 

@@ -25,7 +25,7 @@ import numpy.typing as npt
 from coupling.fmu.fmu_participant import Array, FmuParticipant
 from coupling.fmu.trial_process import STOPPING, is_own_process, temporary_folder
 from coupling.master.participant import Participant, StepResult, Variable
-from recordings.files.own_programs import module_command, module_environment
+from recordings.files.writing import module_command, module_environment
 
 STEP_PATIENCE = 60.0  # s that one call may take: far above a step of any model, and short enough to be waited for
 START_PATIENCE = 120.0  # s for what comes before the first step, in which an exercise builds its fluid

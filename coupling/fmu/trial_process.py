@@ -17,7 +17,7 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
-from recordings.files.own_programs import module_command, module_environment
+from recordings.files.writing import module_command, module_environment
 
 FOLDER = re.compile(r"oilsim-(?:fmu|trial)-(\d+)-\w+")
 

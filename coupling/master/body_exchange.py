@@ -30,10 +30,9 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from coupling.master.algorithms import Algorithm, Steppers, transfer
+from coupling.master.algorithms import Aitken, Algorithm, Iteration, QuasiNewton, Steppers, transfer
 from coupling.master.connection import Link
 from coupling.master.errors import CoSimulationError
-from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
 from oilsim.core.physical_constants import GRAVITY
 
 __all__ = ["Aitken", "BodyExchange", "BodyInterface", "QuasiNewton", "Scheme"]

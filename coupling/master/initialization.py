@@ -16,9 +16,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from coupling.master.algorithms import QuasiNewton
 from coupling.master.connection import Connection, Link
 from coupling.master.errors import CoSimulationError
-from coupling.master.fixed_point import QuasiNewton
 from coupling.master.participant import Array
 from coupling.master.stepper import Stepper
 

@@ -25,7 +25,7 @@ from coupling.master.participant import (
     StepResult,
 )
 from oilsim.fluid.checks import finite
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import Frame
 
 SHORTER = 0.75  # of the full step: the rest after an early return, and half a discarded step, are shorter

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from coupling.solids.signed_distance import SignedDistance
 from coupling.testkit.readings import Array, Live, Readings, Track, readings_of
 from coupling.testkit.verdict import Context, require_at_most, require_near
-from oilsim.sea.dispersion_relation import wave_number
+from oilsim.sea.regular_waves import wave_number
 
 Vector = tuple[float, float, float]
 

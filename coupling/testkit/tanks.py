@@ -22,7 +22,7 @@ from coupling.testkit.readings import Basin
 from coupling.testkit.scene import CLEARANCE, STEP, Scene
 from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from oilsim.fluid.checks import finite
-from oilsim.sea.dispersion_relation import wave_number
+from oilsim.sea.regular_waves import wave_number
 
 WATER = Phase(name="water", rest_density=1000.0)
 MARGIN = 4.0  # spacings of the domain beyond the walls

@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST, HALF, ONE, TWO, ZERO, inlined
 from oilsim.boundaries.boundary_particles import plane_integral
-from oilsim.gradients.flow import velocity_gradient
 from oilsim.gradients.free_surface import SPRAY
+from oilsim.gradients.relaxation_time import velocity_gradient
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 
 # [t_u] time in which a swollen or shrunken liquid returns to its density; tuned; not on record

@@ -51,8 +51,8 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import FAST, HALF, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, above_zero, below, gather, gather_four, load, only, root, spread, summed
 from oilsim.backend.thread_team import BLOCK
-from oilsim.gradients.flow import GRADIENT, LIQUID, STRENGTH, WEIGHT, velocity_gradient
 from oilsim.gradients.particle_sums import coverage_and_slope
+from oilsim.gradients.relaxation_time import GRADIENT, LIQUID, STRENGTH, WEIGHT, velocity_gradient
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
 

@@ -12,11 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from oilsim.sea.description import Continuation, CurrentProfile, SeaDescription, WindField
 from oilsim.sea.flows import FlowTable, SteadyFlow, TidalFlow, Tide
-from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves
-from oilsim.sea.langmuir import LangmuirCells
 from oilsim.sea.regular_waves import RegularWaves
-from oilsim.sea.wind_stress import WindDrift
+from oilsim.sea.wind_stress import KaimalGusts, LangmuirCells, WindDrift
 
 if TYPE_CHECKING:
     from oilsim.sea.driving import SeaForcing, Zone

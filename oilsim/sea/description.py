@@ -12,12 +12,10 @@ import numpy as np
 from oilsim.core.physical_constants import GRAVITY, SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, require
 from oilsim.sea.flows import Flow, FlowTable, SteadyFlow, TidalFlow, Tide
-from oilsim.sea.gusts import KaimalGusts
 from oilsim.sea.jonswap import JonswapWaves
-from oilsim.sea.langmuir import LangmuirCells
 from oilsim.sea.regular_waves import RegularWaves
 from oilsim.sea.wave_components import StillWater
-from oilsim.sea.wind_stress import WindDrift
+from oilsim.sea.wind_stress import KaimalGusts, LangmuirCells, WindDrift
 
 FLOWS = (SteadyFlow, TidalFlow, FlowTable)
 

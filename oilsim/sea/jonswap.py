@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.core.quantity import quantity, require
-from oilsim.sea.dispersion_relation import steepest_height
 from oilsim.sea.flows import Flow
-from oilsim.sea.regular_waves import SEEN_FROM, STRETCHINGS, chosen, water_numbers
+from oilsim.sea.regular_waves import SEEN_FROM, STRETCHINGS, chosen, steepest_height, water_numbers
 from oilsim.sea.wave_components import StillWater, WaveComponents
 
 Double = NDArray[np.float64]

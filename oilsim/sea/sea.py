@@ -15,11 +15,10 @@ from oilsim.backend.jit import FAST
 from oilsim.sea.description import Continuation, SeaDescription, profile
 from oilsim.sea.flows import SteadyFlow
 from oilsim.sea.jonswap import JonswapWaves
-from oilsim.sea.langmuir import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
-from oilsim.sea.linear_waves import WaveField, linear_field, sum_elevation
+from oilsim.sea.linear_waves import WaveField, linear_field, sine_cosine, sum_elevation
 from oilsim.sea.regular_waves import RegularWaves
-from oilsim.sea.vector_math import sine_cosine
 from oilsim.sea.wave_components import NO_WAVES, WaveComponents
+from oilsim.sea.wind_stress import LARGEST_NUMBER, WEAKEST_WIND, langmuir_number
 
 Double = NDArray[np.float64]
 

@@ -9,6 +9,10 @@ a nonlinear diffusion of the thickness, dh/dt = (M / 3) laplace h^3. Its self-si
 h_0 = 3 V / (2 pi R^2), moves its front with exactly that R dR/dt (Barenblatt 1952; Pattle 1959), so the parcels follow Fay's
 radius in every regime and keep its shape. In the gravity-viscous regime M does not depend on the slick as a whole: there the law is local.
 Volume is carried by parcels and cannot change. The step is divided so that the diffusion stays stable.
+
+Disjoint sets of numbered nodes as a forest: every node points to another of its set, and the root to itself.
+
+The root is the smallest number of its set. Sources: Galler and Fischer 1964; paths are halved on the way (van Leeuwen and Tarjan 1984).
 """
 
 from __future__ import annotations
@@ -20,11 +24,27 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.disjoint_sets import find, join
-from oilsim.backend.jit import FAST
+from oilsim.backend.jit import FAST, inlined
 from oilsim.slick.fay import final_thickness, spreading_rate
 from oilsim.slick.parcels import Parcels, Rows
 from oilsim.slick.thickness_grid import AREA, EDGE, WIDTH, ThicknessGrid, build_grid, gather, spline_slopes, splines
+
+
+@inlined
+def find(parent, node):
+    """Return the root of a node by the indices in `parent` (nodes,) int32, halving the way there."""
+    while parent[node] != node:
+        parent[node] = parent[parent[node]]
+        node = parent[node]
+    return node
+
+
+@inlined
+def join(parent, a, b):
+    """Put the nodes a and b under one root, the smaller of both; parent (nodes,) int32: index of each node's parent."""
+    a, b = find(parent, a), find(parent, b)
+    parent[max(a, b)] = min(a, b)
+
 
 Array = NDArray[np.float64]
 

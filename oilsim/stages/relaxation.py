@@ -27,11 +27,10 @@ from oilsim.density.particle_shifting import (
     relaxation_multiplier,
     shift_strength,
 )
-from oilsim.gradients.flow import LIQUID
 from oilsim.gradients.free_surface import FreeSurface, mark_exposed, mark_free_surface
 from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
-from oilsim.gradients.relaxation_time import passing_unit, shear_rate_sums
+from oilsim.gradients.relaxation_time import LIQUID, passing_unit, shear_rate_sums
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
 from oilsim.stages.contact import plate_guard

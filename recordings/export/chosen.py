@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model import entity_paths
 from recordings.model.frame import LOST_BY, PhaseFrame, RunDescription
 from recordings.replay.recording import Replay

@@ -13,7 +13,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from recordings.export.chosen import every, fates
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import PhaseFrame
 from recordings.replay.recording import Replay
 

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 
 FORMAT_VERSION = 20
 _STRUCTURE = "structure"

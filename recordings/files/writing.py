@@ -1,14 +1,52 @@
-"""Checks of files: paths that must differ, and files that only one program at a time may write."""
+"""Checks of files: paths that must differ, and files that only one program at a time may write.
+
+The error that recordings raise.
+
+Programs of our own that run beside this one: found where this one was found, and never in the folder that happens to be current.
+
+`python -m` puts the current folder first on the path of modules, so that a `numpy.py` there, from an archive that somebody unpacked, would
+be run. `-P` leaves it out.
+"""
 
 from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from recordings.files.errors import RecordingError
+
+class RecordingError(RuntimeError):
+    """A recording that cannot be written or read; ``path`` is its file, and the text gives the reason."""
+
+    def __init__(self, path: str | Path, reason: str) -> None:
+        self.path = Path(path)
+        self.reason = reason
+        super().__init__(f"recording {self.path}: {reason}")
+
+
+def absence(path: Path) -> str:
+    """Say why there is no file to read at a path: a folder is there, or nothing; empty if there is a file."""
+    if path.is_file():
+        return ""
+    return "is a folder, allowed: the file of a recording (.rrd)" if path.is_dir() else "does not exist"
+
+
+def module_command(module: str, *arguments: str) -> list[str]:
+    """Make the command that runs a module as a program; the current folder is not on its path."""
+    return [sys.executable, "-P", "-m", module, *arguments]
+
+
+def module_environment(search: Iterable[str] | None = None) -> dict[str, str]:
+    """Copy the environment, with ``search`` as the places of modules: by default those of this program, in that order.
+
+    An empty entry would be the current folder, whichever it is, and is left out.
+    """
+    places = sys.path if search is None else search
+    return os.environ | {"PYTHONPATH": os.pathsep.join(place for place in places if place)}
+
 
 RECORDING_ENDING = ".rrd"  # the file ending of Rerun
 

@@ -15,11 +15,11 @@ import rerun.blueprint as rrb
 from rerun.chunk import Chunk
 
 from oilsim.core.physical_constants import KNOT
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model import appearance, entity_paths
 from recordings.model.words import cause_in_words
 from recordings.replay.recording import Replay
-from recordings.replay.running_extremes import WORST, reached
+from recordings.replay.series import WORST, reached
 from recordings.sink.plots import plots_with_series
 from recordings.sink.rerun_sink import flush, open_stream
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import Event
 from recordings.replay.recording import Replay
 from recordings.replay.series import rows_between

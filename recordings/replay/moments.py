@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model import entity_paths
 from recordings.model.frame import BodyFrame
 from recordings.model.surface import SurfaceFrame

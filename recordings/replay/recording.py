@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from recordings.files.errors import RecordingError, absence
 from recordings.files.messages import read_chunk
+from recordings.files.writing import RecordingError, absence
 from recordings.model import entity_paths
 from recordings.model.exercise import exercise_from_json, site_from_json, windows_from_json
 from recordings.model.frame import (

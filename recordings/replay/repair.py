@@ -10,9 +10,8 @@ from pathlib import Path
 
 from rerun.chunk import RrdReader
 
-from recordings.files.errors import RecordingError, absence
 from recordings.files.messages import Damage, damage
-from recordings.files.writing import is_same_file
+from recordings.files.writing import RecordingError, absence, is_same_file
 from recordings.sink.viewer import viewer_environment, viewer_executable
 
 _REPAIR_SECONDS = 600.0

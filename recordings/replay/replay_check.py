@@ -8,7 +8,7 @@ from fnmatch import fnmatch
 import numpy as np
 import numpy.typing as npt
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model import entity_paths
 from recordings.model.frame import Event, Frame, PhaseFrame, RunDescription
 from recordings.model.sample import rounded

@@ -16,7 +16,7 @@ from collections import deque
 from typing import IO
 from urllib.parse import urlsplit
 
-from recordings.files.own_programs import module_command, module_environment
+from recordings.files.writing import module_command, module_environment
 from recordings.model.frame import Event, RunDescription
 from recordings.model.sample import Sample
 from recordings.sink.viewer import LOOPBACK, ViewerError, free_port, start_viewer, viewer_executable, wait_for_port

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import Event, Frame, RunDescription
 from recordings.model.sample import Sample, require_power_of_two, take_sample
 

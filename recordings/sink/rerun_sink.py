@@ -25,8 +25,8 @@ import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from recordings.files.errors import RecordingError
 from recordings.files.messages import SUMS, checksums
+from recordings.files.writing import RecordingError
 from recordings.model import appearance, entity_paths
 from recordings.model.exercise import to_json, windows_to_json
 from recordings.model.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from recordings.files.errors import RecordingError, absence
+from recordings.files.writing import RecordingError, absence
 
 if TYPE_CHECKING:
     from rerun.experimental import ViewerClient

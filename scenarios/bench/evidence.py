@@ -24,7 +24,7 @@ from coupling.testkit.left_behind import draw_moment, write_checkpoint, write_re
 from coupling.testkit.readings import History
 from coupling.testkit.verdict import CheckFailed
 from recordings.files.checkpoint import CheckpointError
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import Event, Frame, RunDescription
 
 Terms = ParamSpec("Terms")

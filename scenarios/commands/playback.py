@@ -154,7 +154,7 @@ def register_repair(commands: argparse._SubParsersAction) -> None:
 
 
 def _repair(options: argparse.Namespace) -> int:
-    from recordings.files.errors import RecordingError, absence
+    from recordings.files.writing import RecordingError, absence
     from recordings.replay.recording import Replay
     from recordings.replay.repair import damage_of, has_footer, repair
 

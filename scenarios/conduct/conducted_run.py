@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from scenarios.conduct.console_feed import LatestSender
 from scenarios.text.problems import ScenarioError
 

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState
 from recordings.model.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import Replay, Series
-from recordings.replay.running_extremes import WORST, reached
-from recordings.replay.series import BodySeries
+from recordings.replay.series import WORST, BodySeries, reached
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.replay.running_extremes import WORST, reached
+from recordings.replay.series import WORST, reached
 from scenarios.debrief.boom_history import BoomHistory
 
 Array = NDArray[np.float64]

@@ -19,8 +19,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from booms.containment import PRACTICE_SPEED
-from booms.losses.drainage import suction_limit
 from booms.losses.liquids import OilOnWater
+from booms.losses.rates import suction_limit
 from booms.scores import LossSpeeds, catenary_parameter, skirt_drag_coefficient, tow_force
 from oilsim.core.physical_constants import KNOT
 from recordings.model import palette

@@ -16,8 +16,7 @@ from typing import Any
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.saved_fields import require_alike
 from recordings.files.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
-from recordings.files.errors import absence
-from recordings.files.writing import RECORDING_ENDING, held
+from recordings.files.writing import RECORDING_ENDING, absence, held
 from scenarios.running.assembly import Assembly
 from scenarios.running.output_paths import CHECKPOINTS_ENDING, checkpoint_folder
 from scenarios.running.plan import Plan, plan_from

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from recordings.files.errors import RecordingError
-from recordings.files.writing import RECORDING_ENDING, held
+from recordings.files.writing import RECORDING_ENDING, RecordingError, held
 from recordings.model.words import cause_in_words, volume_in_words
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, checkpoint_writer

@@ -14,7 +14,7 @@ from typing import Any, Protocol, cast
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
 from coupling.master.saved_fields import require_alike
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import INJECTS, INSTRUCTOR, EventLevel
 from scenarios.running.assembly import Assembly
 from scenarios.running.checkpoints import (

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from coupling.master.errors import CoSimulationError
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import INSTRUCTOR
 from recordings.replay.recording import Replay
 from recordings.replay.replay_check import ReplayCheck

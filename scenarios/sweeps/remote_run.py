@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from recordings.files.own_programs import module_command, module_environment
+from recordings.files.writing import module_command, module_environment
 
 WATCH_INTERVAL = 1.0  # [s] between looks after the parent; technical
 TOLD = 2000  # characters of a failed run's last words

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.sweeps.at_once import run_at_once
 from scenarios.sweeps.results import Outcome, differing, table, write_parquet, write_table

@@ -21,7 +21,7 @@ from oilsim.core.physical_constants import KNOT
 from oilsim.oil.ledger import BoomOil, OilLedger
 from recordings.model.frame import EventLevel
 from recordings.model.words import cause_in_words
-from recordings.replay.running_extremes import WORST
+from recordings.replay.series import WORST
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.liquid import Tank
 from scenarios.schema.sea import SeaSettings

@@ -9,8 +9,8 @@ from types import ModuleType
 
 import pytest
 
-from recordings.files.errors import RecordingError
 from recordings.files.messages import damage
+from recordings.files.writing import RecordingError
 from recordings.replay.recording import Replay
 from recordings.replay.repair import is_whole, repair
 from recordings.sink.recorder import Recorder

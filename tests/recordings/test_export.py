@@ -21,7 +21,7 @@ from recordings.export.geojson import slick_outlines, write_geojson
 from recordings.export.netcdf import write_netcdf
 from recordings.export.tables import write_tables
 from recordings.export.vtk_files import write_vtk
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model import palette
 from recordings.model.exercise import Site
 from recordings.model.frame import (

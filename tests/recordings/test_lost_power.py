@@ -16,7 +16,7 @@ from types import ModuleType
 
 import pytest
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.replay import repair
 from recordings.replay.recording import Replay
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.replay.comparison import write_side_by_side
 from recordings.replay.recording import Replay
 from recordings.sink import rerun_sink

@@ -12,7 +12,7 @@ import pytest
 from coupling.fmu.export import FmuContent, export_fmu
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.scalar_model import MODEL_FILE
-from recordings.files.own_programs import module_command, module_environment
+from recordings.files.writing import module_command, module_environment
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("oilsim", "coupling", "recordings", "booms", "vessels", "scenarios")

@@ -9,7 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import Event, Frame
 from recordings.model.sample import grid_within
 from recordings.replay.recording import Replay

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import (
     BodyFrame,
     CameraView,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.replay.recording import Replay, Series
 from recordings.replay.series import BodySeries
 from scenarios.running.checkpoints import find_restart

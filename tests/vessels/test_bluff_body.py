@@ -11,9 +11,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.solids import bodies
-from oilsim.loads.load_model import LoadModel
+from oilsim.loads.load_model import LoadModel, heave_wave_damping
 from oilsim.loads.morison import FloatingBodies
-from oilsim.loads.strip_coefficients import heave_wave_damping
 from oilsim.sea import RegularWaves
 from scenarios.bench.sea_scene import SeaScene
 from tests.seas import steady_sea

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from oilsim.loads.load_model import heave_added_mass, sway_added_mass
 from oilsim.loads.morison import FloatingBodies
-from oilsim.loads.strip_coefficients import heave_added_mass, sway_added_mass
 from tests.seas import steady_sea
 from vessels.hull import float_hull, raked_barge, wigley_hull
 from vessels.loads import hull_loads, ittc_friction

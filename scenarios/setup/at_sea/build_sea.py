@@ -22,8 +22,8 @@ from oilsim.sea import (
     TidalFlow,
     WindField,
 )
-from oilsim.sea.dispersion_relation import wave_number
 from oilsim.sea.flows import Flow, heading
+from oilsim.sea.regular_waves import wave_number
 from scenarios.schema.run_settings import RunSettings, SiteSettings
 from scenarios.schema.sea import (
     FileSeaCurrent,

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from booms.losses import closure_losses, drainage, rates, slick
+from booms.losses import closure_losses, liquids, rates
 from booms.losses.liquids import OilOnWater, mixed
 from oilsim.core.physical_constants import GRAVITY
 
@@ -39,7 +39,7 @@ def test_a_mixture_lies_between_its_oils():
 
 def test_front_stands_as_high_as_the_stopped_water():
     """The surface of oil at rest is Delta h above the water, and water that stops rises by U^2 / (2 g)."""
-    front = float(slick.front_thickness(0.36, oil()))
+    front = float(liquids.front_thickness(0.36, oil()))
     assert oil().density_difference * front == pytest.approx(0.36**2 / (2.0 * GRAVITY))
 
 
@@ -56,9 +56,11 @@ def test_profile_is_that_of_the_balance_of_forces(held):
         return state[1] - held
 
     used_up.terminal = True
-    found = solve_ivp(slope, (0.0, 100.0), [float(slick.front_thickness(speed, one)), 0.0], events=used_up, rtol=1e-10)
-    assert float(slick.boom_thickness(speed, held, one)) == pytest.approx(found.y[0, -1], rel=1e-5)
-    assert float(slick.slick_length(speed, held, one)) == pytest.approx(found.t[-1], rel=1e-5)
+    found = solve_ivp(
+        slope, (0.0, 100.0), [float(liquids.front_thickness(speed, one)), 0.0], events=used_up, rtol=1e-10
+    )
+    assert float(liquids.boom_thickness(speed, held, one)) == pytest.approx(found.y[0, -1], rel=1e-5)
+    assert float(liquids.slick_length(speed, held, one)) == pytest.approx(found.t[-1], rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -74,9 +76,9 @@ def test_profile_is_that_of_the_balance_of_forces(held):
 )
 def test_slicks_that_were_computed_by_hand(density, speed, front, held, thickness, length):
     one = oil(density)
-    assert float(slick.front_thickness(speed, one)) == pytest.approx(front, abs=6e-4)
-    assert float(slick.boom_thickness(speed, held, one)) == pytest.approx(thickness, abs=6e-4)
-    assert float(slick.slick_length(speed, held, one)) == pytest.approx(length, abs=0.06)
+    assert float(liquids.front_thickness(speed, one)) == pytest.approx(front, abs=6e-4)
+    assert float(liquids.boom_thickness(speed, held, one)) == pytest.approx(thickness, abs=6e-4)
+    assert float(liquids.slick_length(speed, held, one)) == pytest.approx(length, abs=0.06)
 
 
 @pytest.mark.parametrize(
@@ -92,31 +94,31 @@ def test_slicks_that_were_computed_by_hand(density, speed, front, held, thicknes
 def test_oil_that_a_skirt_can_hold_against_drainage(density, draft, speed, most):
     """V' = (h_c^3 - h_f^3) / (1.5 K): as much as is h_c thick at the boom."""
     one = oil(density)
-    limit, front = drainage.held_thickness(speed, draft, one), slick.front_thickness(speed, one)
-    assert float((limit**3 - front**3) / (1.5 * slick.thickening(speed, one))) == pytest.approx(most, rel=0.02)
+    limit, front = rates.held_thickness(speed, draft, one), liquids.front_thickness(speed, one)
+    assert float((limit**3 - front**3) / (1.5 * liquids.thickening(speed, one))) == pytest.approx(most, rel=0.02)
 
 
 def test_suction_takes_the_front_where_the_interface_reaches_the_foot():
     """k^2 U^2 / (2 g') = d: and there the skirt holds less than the front."""
     for draft in (0.2, 0.6):
         for factor in (math.sqrt(2.0), 1.86):
-            speed = float(drainage.suction_limit(draft, oil(), factor))
-            front = float(slick.front_thickness(speed, oil()))
+            speed = float(rates.suction_limit(draft, oil(), factor))
+            front = float(liquids.front_thickness(speed, oil()))
             assert factor**2 * front == pytest.approx(draft)
-            assert float(drainage.held_thickness(speed, draft, oil(), factor)) == pytest.approx(front)
-    assert float(drainage.suction_limit(0.2, oil(840.0))) == pytest.approx(0.60, abs=0.005)
-    assert float(drainage.suction_limit(0.6, oil(950.0), 1.86)) == pytest.approx(0.51, abs=0.005)
+            assert float(rates.held_thickness(speed, draft, oil(), factor)) == pytest.approx(front)
+    assert float(rates.suction_limit(0.2, oil(840.0))) == pytest.approx(0.60, abs=0.005)
+    assert float(rates.suction_limit(0.6, oil(950.0), 1.86)) == pytest.approx(0.51, abs=0.005)
 
 
 def test_drainage_begins_at_the_held_thickness_and_grows():
-    rate = drainage.drainage_rate(0.1, np.array([0.1, 0.12, 0.2]), 0.12, 0.4, oil())
+    rate = rates.drainage_rate(0.1, np.array([0.1, 0.12, 0.2]), 0.12, 0.4, oil())
     assert list(rate[:2]) == [0.0, 0.0]
     assert rate[2] == pytest.approx(0.6 * 0.08 * math.sqrt(oil().reduced_gravity * 0.2))
 
 
 def test_oil_that_reaches_below_the_foot_drains_with_the_water():
     """No deeper a layer than the skirt, at the speed of the water where that is faster than a gravity current."""
-    assert float(drainage.drainage_rate(0.9, 5.0, 0.0, 0.4, oil(1020.0))) == pytest.approx(0.6 * 0.4 * 0.9)
+    assert float(rates.drainage_rate(0.9, 5.0, 0.0, 0.4, oil(1020.0))) == pytest.approx(0.6 * 0.4 * 0.9)
 
 
 @pytest.mark.parametrize(
@@ -178,7 +180,7 @@ def test_a_long_pool_catches_its_own_drops():
     assert 1.0 > share[0] > share[1] > share[2] > 0.0
     one, speed, held, draft = oil(), 0.45, 0.3, 0.4
     rise = float(rates.rise_speed(0.4 * rates.largest_drop(speed, one), one))
-    length, deep = (float(of(speed, held, one)) for of in (slick.slick_length, slick.boom_thickness))
+    length, deep = (float(of(speed, held, one)) for of in (liquids.slick_length, liquids.boom_thickness))
     assert share[1] == pytest.approx(math.exp(-rise * length / (speed * (draft - deep))))
 
 

@@ -15,7 +15,7 @@ from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.errors import CouplingSetupError
-from recordings.files.own_programs import module_command, module_environment
+from recordings.files.writing import module_command, module_environment
 
 # gives what it is given; fails when a step is not of the first one's size to the last bit
 STRICT = """

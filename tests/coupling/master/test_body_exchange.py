@@ -11,11 +11,11 @@ import pytest
 import trimesh
 
 from coupling.bullet.assembly import ExchangeOptions
+from coupling.master.algorithms import Aitken, Iteration, QuasiNewton
 from coupling.master.body_exchange import BodyExchange, BodyInterface, Scheme, stability_number
 from coupling.master.connection import Link
 from coupling.master.errors import CoSimulationError
 from coupling.master.exchange_ledger import ENERGY_LIMIT
-from coupling.master.fixed_point import Aitken, Iteration, QuasiNewton
 from coupling.participants.fluid import added_mass
 from coupling.solids.bodies import box, cylinder, sphere
 from coupling.solids.surface_sampling import boundary_particles

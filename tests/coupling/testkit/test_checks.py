@@ -35,7 +35,7 @@ from coupling.testkit import (
 )
 from coupling.testkit.readings import BodyTrack, Track
 from oilsim import block
-from oilsim.sea.dispersion_relation import wave_number
+from oilsim.sea.regular_waves import wave_number
 from recordings.model.frame import MeshDescription, PhaseDescription, RunDescription
 
 SIDE, SPACING, LEVEL = 0.2, 0.05, 0.5  # m

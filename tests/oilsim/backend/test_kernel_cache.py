@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from numba import config
 
-from oilsim.backend.kernel_cache import PACKAGES, module_of, source_stamp
+from oilsim.backend.jit import PACKAGES, module_of, source_stamp
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 REPOSITORY = Path(__file__).parents[3]

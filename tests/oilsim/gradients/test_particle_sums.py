@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from oilsim import block, tank_walls
-from oilsim.gradients.flow import GRADIENT, LIQUID, WEIGHT
 from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
+from oilsim.gradients.relaxation_time import GRADIENT, LIQUID, WEIGHT
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.neighborhood.smoothing_kernels import lattice_moment
 from tests.oilsim.conftest import disturbed, search

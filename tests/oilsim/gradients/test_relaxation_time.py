@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from oilsim import block, sphere
-from oilsim.gradients.flow import GRADIENT
-from oilsim.gradients.relaxation_time import LONGEST, froude_unit, passing_unit, shear_rate_sums
+from oilsim.gradients.relaxation_time import GRADIENT, LONGEST, froude_unit, passing_unit, shear_rate_sums
 from tests.oilsim.conftest import disturbed
 
 STEPS, STEP = 12, 0.02  # s, at a speed of 1 m/s; by 25 steps disorder has made ten times as much of a rounding

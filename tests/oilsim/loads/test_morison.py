@@ -9,9 +9,8 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from oilsim.loads.load_model import LoadModel, Part, Station
+from oilsim.loads.load_model import LoadModel, Part, Station, heave_added_mass, heave_wave_damping, sway_added_mass
 from oilsim.loads.morison import FloatingBodies
-from oilsim.loads.strip_coefficients import heave_added_mass, heave_wave_damping, sway_added_mass
 from oilsim.loads.wetted_volume import wetted_volume
 from oilsim.sea import RegularWaves
 from tests.seas import steady_sea

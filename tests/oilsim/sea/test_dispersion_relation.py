@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oilsim.sea import CurrentProfile, FlowTable, RegularWaves, Sea, SeaDescription, SteadyFlow, TidalFlow
-from oilsim.sea.dispersion_relation import current_share, steepest_height, wave_number
+from oilsim.sea.regular_waves import current_share, steepest_height, wave_number
 
 GRAVITY = 9.81
 # period [s]: lengths [m] and celerities [m/s] in 2 m, 5 m and deep water, solved to all digits

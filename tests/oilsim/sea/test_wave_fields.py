@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from oilsim.sea import CurrentProfile, JonswapWaves, RegularWaves, Sea, SeaDescription, SteadyFlow
-from oilsim.sea.vector_math import exponential, sine_cosine
+from oilsim.sea.linear_waves import exponential, sine_cosine
 
 GRAVITY, DENSITY = 9.81, 1027.0
 STEP = 1e-4  # [m], [s] of the finite differences

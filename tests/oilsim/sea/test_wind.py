@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from oilsim.sea import FlowTable, JonswapWaves, KaimalGusts, Sea, SeaDescription, SteadyFlow, WindDrift, WindField
-from oilsim.sea.gusts import kaimal_spectrum
-from oilsim.sea.wind_stress import friction_speed, wind_stress
+from oilsim.sea.wind_stress import friction_speed, kaimal_spectrum, wind_stress
 
 GRAVITY, WATER = 9.81, 1027.0
 

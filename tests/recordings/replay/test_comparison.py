@@ -13,7 +13,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.model.frame import Frame
 from recordings.replay.comparison import common_time, scores, write_side_by_side
 from recordings.replay.recording import Replay

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from recordings.replay.running_extremes import reached
+from recordings.replay.series import reached
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from recordings.files.errors import RecordingError
+from recordings.files.writing import RecordingError
 from recordings.sink.viewer import ViewerError, open_viewer, render_viewer_screenshot
 
 

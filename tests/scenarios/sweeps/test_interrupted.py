@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings.files.own_programs import module_command, module_environment
+from recordings.files.writing import module_command, module_environment
 
 SCENE = Path(__file__).parents[2] / "benchmarks" / "small-sweep.toml"
 DURATIONS = ("0.2", "60", "61", "62")  # the first is over before the others

@@ -21,10 +21,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.losses.drainage import suction_limit
-from booms.losses.liquids import ASSUMED_TENSION, OilOnWater
-from booms.losses.rates import Closures
-from booms.losses.slick import FRICTION, thickening
+from booms.losses.liquids import ASSUMED_TENSION, FRICTION, OilOnWater, thickening
+from booms.losses.rates import Closures, suction_limit
 from tests.seas import shallow_sea
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes.flume import OIL_VISCOSITY, Flume, fill_flume

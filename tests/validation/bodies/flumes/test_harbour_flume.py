@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from matplotlib import image
 
+from booms.losses.liquids import FRICTION, thickening
 from booms.losses.rates import Closures
-from booms.losses.slick import FRICTION, thickening
 from tests.validation.bodies.boom_losses import drivers
 from tests.validation.bodies.flumes import harbour_flume as flume
 from tests.validation.bodies.flumes.picture import picture_file
