@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from recordings.files.writing import RECORDING_ENDING, RecordingError, held
+from recordings.model.sample import grid_within
 from recordings.model.words import cause_in_words, volume_in_words
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, checkpoint_writer
@@ -24,8 +25,8 @@ from scenarios.running.plan import Plan
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal
 from scenarios.running.summary import SummaryObserver, write_summary
+from scenarios.schema.liquid import PhaseSettings
 from scenarios.setup.cost import require_memory
-from scenarios.setup.recorder_options import grid, surface_rate, thinning
 from scenarios.spec.resolve import RunSpec, numbered, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import FAILED, Problem, ScenarioError
@@ -38,7 +39,14 @@ if TYPE_CHECKING:
     from recordings.sink.recorder import Recorder
     from scenarios.orders.desk import OrderDesk
 
+
 _PICTURE_ENDINGS = (".png", ".jpg", ".pdf", ".svg")  # of what matplotlib draws, what is of use
+FINE = 32  # fewest grid cells in a particle spacing
+THINNED = 2  # frames for one frame with water, in a scenario with oil
+# [1/s] frames with the surface of a sea by formulas; chosen; enough for long waves, at 1 % of a second's time, 4 % with a window
+SEA_RATE = 2.5
+# [1] frames with the surface for one frame, in a tank; chosen
+SURFACED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,7 +207,7 @@ def _recorder(scenario: RunSpec, options: RunOptions) -> Recorder | None:
     return Recorder(
         options.record,
         scenario.recording.frame_rate,
-        precision=grid(scenario.recording.precision, scenario.fluid.particle_spacing),
+        precision=recording_grid(scenario.recording.precision, scenario.fluid.particle_spacing),
         every=thinning(scenario.phases),
         surface_rate=surface_rate(scenario.recording.frame_rate, in_tank=scenario.tank is not None),
         live=live,
@@ -289,3 +297,20 @@ def _print_result(console: Console, result: dict[str, Any], options: RunOptions)
         if path is not None:
             table.add_row(name, str(path))
     console.print(table)
+
+
+def recording_grid(precision: float | None, spacing: float) -> float | None:
+    """Return the grid [m], a power of two, on which positions are recorded; None keeps every bit; spacing [m] of the particles."""
+    wanted = spacing / FINE if precision is None else precision
+    return grid_within(wanted) if wanted > 0.0 else None
+
+
+def thinning(phases: Mapping[str, PhaseSettings]) -> dict[str, int]:
+    """Return, by phase, the number of frames for one with its particles; phases in every frame are left out."""
+    oily = any(phase.is_oil for phase in phases.values())
+    return {name: THINNED for name, phase in phases.items() if oily and not phase.is_oil}
+
+
+def surface_rate(frame_rate: float, *, in_tank: bool) -> float:
+    """Return the frames with the surface of the water and the film of oil on it, a simulated second [1/s], at most."""
+    return SURFACED * frame_rate if in_tank else SEA_RATE

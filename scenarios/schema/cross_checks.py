@@ -40,9 +40,8 @@ from scenarios.schema.liquid import (
 from scenarios.schema.moorings import MooringSettings, TieSettings, mooring_problems, reel_problems, tie_problems
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.parsing.relations import entries_at, is_given, references, shown
-from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
-from scenarios.schema.run_settings import Fidelity, RunSettings, SiteSettings
+from scenarios.schema.run_settings import BodyProbe, Fidelity, Probe, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.window import WindowTable, window_place
 from scenarios.text.problems import Problem, unknown

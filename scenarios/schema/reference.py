@@ -19,11 +19,9 @@ from scenarios.schema import (
     injects,
     liquid,
     moorings,
-    probe_settings,
     recovery,
     run_settings,
     sea,
-    training,
     window,
 )
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
@@ -90,7 +88,7 @@ from pathlib import Path
 
 from scenarios.schema.bodies import SphereBody
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
-from scenarios.schema.probe_settings import BodyProbe
+from scenarios.schema.run_settings import BodyProbe
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.spec.scenario import RunSettings, Scenario
 
@@ -113,7 +111,7 @@ For a loop of your own, `scenarios.running.assembly.build(scenario)` makes the p
 """
 
 CHAPTERS: tuple[tuple[str, tuple[type, ...]], ...] = (
-    ("exercise", (training.ExerciseSettings,)),
+    ("exercise", (run_settings.ExerciseSettings,)),
     ("run", (run_settings.RunSettings,)),
     ("fluid", (liquid.FluidSettings,)),
     ("phases.NAME", (liquid.PhaseSettings,)),
@@ -145,7 +143,7 @@ CHAPTERS: tuple[tuple[str, tuple[type, ...]], ...] = (
     ("injects.NAME", (injects.InjectSettings,)),
     ("injects.NAME.when", (injects.ConditionSettings,)),
     ("criteria.KEY", (criteria.CriterionSettings,)),
-    ("probes.NAME", get_args(probe_settings.Probe)),
+    ("probes.NAME", get_args(run_settings.Probe)),
     ("fmus.NAME", (fmu_settings.FmuSettings,)),
     ("recording", (run_settings.RecordingSettings,)),
     ("camera", (run_settings.CameraSettings,)),

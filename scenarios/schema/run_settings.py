@@ -1,4 +1,4 @@
-"""Run, recording, camera and site of a scenario."""
+"""Run, recording, probes, camera and site of a scenario, and its training side: group, learning goal, brief and notes."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal
+from typing import ClassVar, Literal
 
 from oilsim.core.quantity import quantity
-from scenarios.schema.parsing.quantity_fields import Section, Vector
+from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
 from scenarios.text.problems import Problem
 
 Level = Literal["easy", "normal", "hard"]
 Fidelity = Literal["live", "fine", "none"]
 SHORTEST_STEP = 1e-6  # [s] of communication, a thousandth of what impacts need
+LONGEST_BRIEF = 4000  # [1] letters; a printed page has some 60 lines of 70
+Group = Literal["sweeping", "containment", "protection", "deployment", "trial"]
 MOST_STEPS = 1e9  # communication steps of a run: a year at 30 a second; their times are still told apart
 
 
@@ -104,3 +106,62 @@ class SiteSettings(Section):
             datetime.fromisoformat(self.start)
         except ValueError:
             yield Problem("start", f"is {self.start!r}, allowed: ISO 8601, for example 2026-05-01T08:00:00Z")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExerciseSettings(Section):
+    """An exercise for crews; it changes nothing in the run.
+
+    group  under which `oilsim list` shows it: "sweeping", "containment", "protection", "deployment" or "trial"
+    goal   what a trainee can do afterwards, in one sentence
+    brief  text for the trainee, a page: situation, task, means, and how it is graded
+    notes  text for the instructor: what to look at, what to say, what usually goes wrong, and the variants
+    """
+
+    group: Group
+    goal: str
+    brief: str = ""
+    notes: str = ""
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that there is a goal, and that the brief is a page."""
+        if not self.goal.strip():
+            yield Problem("goal", "is empty, allowed: one sentence")
+        if len(self.brief) > LONGEST_BRIEF:
+            text = f"has {len(self.brief)} letters, allowed: up to {LONGEST_BRIEF}, a page"
+            yield Problem("brief", text)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressureProbe(Section):
+    """Pressure [Pa] at a point, as a transducer in a wall measures it."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "pressure")
+    point: Vector = quantity("m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaveGauge(Section):
+    """Height of the liquid's surface [m] over a point (x, y), without spray; the tank's floor where it is dry."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "wave-gauge")
+    point: Point2 = quantity("m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class VelocityProbe(Section):
+    """Velocity of the liquid [m/s] at a point: series x, y, z."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "velocity")
+    point: Vector = quantity("m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyProbe(Section):
+    """Pose of a body and the fluid's force on it: series x, y, z [m], roll, pitch, yaw [deg], force and torque."""
+
+    TAG: ClassVar[tuple[str, str]] = ("kind", "body")
+    body: str
+
+
+Probe = PressureProbe | WaveGauge | VelocityProbe | BodyProbe

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,17 +18,19 @@ import numpy as np
 from oilsim.core.config import FluidConfig, longest_time_step
 from oilsim.window.settings import WindowSettings
 from scenarios.schema.bodies import Fixed
-from scenarios.schema.liquid import BlockFill, Fill, SlabFill, Tank
+from scenarios.schema.exercise import TowSettings
+from scenarios.schema.injects import InjectSettings
+from scenarios.schema.liquid import BlockFill, Fill, PipeEmitterSettings, SlabFill, Tank
 from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions
-from scenarios.setup.too_late import never_comes
 from scenarios.spec.resolve import LiquidSpec, RunSpec, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.setup.solids.placed_solids import Solid
+
 
 SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
 SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
@@ -289,3 +291,18 @@ def _steps(liquid: LiquidSpec, run: RunSettings, tops: list[float]) -> int:
     step = max(settings.minimum_time_step, min(longest_step(liquid), run.communication_step, free))
     per_communication = math.ceil(run.communication_step / step - 1e-9)
     return math.ceil(run.duration / run.communication_step - 1e-9) * per_communication
+
+
+def never_comes(
+    end: float, tow: TowSettings | None, pipes: Mapping[str, PipeEmitterSettings], injects: Mapping[str, InjectSettings]
+) -> Iterator[str]:
+    """Say in words what never comes of a tow, pipes and injects in a run that ends at `end` [s]."""
+    after = f"the run ends at {end:g} s (run.duration)"
+    if tow is not None and tow.start >= end:
+        yield f"tow.start is {tow.start:g} s: the vessels never get under way, as {after}"
+    for name, emitter in pipes.items():
+        if emitter.start >= end:
+            yield f"emitters.{name}.start is {emitter.start:g} s: nothing flows, as {after}"
+    for name, inject in injects.items():
+        if inject.at is not None and inject.at - inject.spread >= end:
+            yield f"injects.{name}.at is {inject.at:g} s: it never comes, as {after}"

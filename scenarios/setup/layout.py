@@ -15,8 +15,7 @@ from oilsim.sea import Sea
 from recordings.model.words import volume_in_words
 from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
-from scenarios.schema.probe_settings import BodyProbe, Probe
-from scenarios.schema.run_settings import RunSettings
+from scenarios.schema.run_settings import BodyProbe, Probe, RunSettings
 from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, Placing, Waters, place_fleet
 from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea

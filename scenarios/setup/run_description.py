@@ -15,7 +15,7 @@ from oilsim.oil.fates import FATES
 from recordings.model.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
 from recordings.model.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.schema.parsing.structuring import as_data
-from scenarios.schema.probe_settings import PressureProbe, WaveGauge
+from scenarios.schema.run_settings import PressureProbe, WaveGauge
 from scenarios.setup.afloat.boom_losses import has_closures
 from scenarios.setup.afloat.boom_remarks import Waterside, blockage, waterside_of
 from scenarios.setup.simulators import Simulators

@@ -27,9 +27,8 @@ from scenarios.schema.liquid import (
     top_of_water,
 )
 from scenarios.schema.moorings import MooringSettings, TieSettings
-from scenarios.schema.probe_settings import BodyProbe, Probe
 from scenarios.schema.recovery import SkimmerSettings
-from scenarios.schema.run_settings import CameraSettings, RecordingSettings, RunSettings, SiteSettings
+from scenarios.schema.run_settings import BodyProbe, CameraSettings, Probe, RecordingSettings, RunSettings, SiteSettings
 from scenarios.schema.sea import SeaSettings, ShoreSettings
 from scenarios.schema.window import WindowTable, window_place
 from scenarios.spec.scenario import Scenario

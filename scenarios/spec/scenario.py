@@ -21,11 +21,18 @@ from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
 from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.parsing.quantity_fields import Section
-from scenarios.schema.probe_settings import Probe
 from scenarios.schema.recovery import SkimmerSettings
-from scenarios.schema.run_settings import CameraSettings, Fidelity, Level, RecordingSettings, RunSettings, SiteSettings
+from scenarios.schema.run_settings import (
+    CameraSettings,
+    ExerciseSettings,
+    Fidelity,
+    Level,
+    Probe,
+    RecordingSettings,
+    RunSettings,
+    SiteSettings,
+)
 from scenarios.schema.sea import SeaSettings, ShoreSettings
-from scenarios.schema.training import ExerciseSettings
 from scenarios.schema.window import WindowTable
 from scenarios.text.problems import Problem
 

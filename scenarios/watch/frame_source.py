@@ -25,7 +25,7 @@ from recordings.model.frame import (
 )
 from recordings.model.surface import FilmFrame, SurfaceFrame
 from scenarios.schema.liquid import Tank
-from scenarios.schema.probe_settings import PressureProbe, Probe, VelocityProbe, WaveGauge
+from scenarios.schema.run_settings import PressureProbe, Probe, VelocityProbe, WaveGauge
 from scenarios.setup.afloat.boom_lines import paid_out, reel_name
 from scenarios.setup.afloat.fleet import Fleet
 from scenarios.setup.afloat.moorings import tie_name

@@ -18,7 +18,7 @@ from rich.table import Table
 from recordings.model.frame import BodyFrame, Event, Frame, PhaseDescription, PhaseFrame, RunDescription
 from recordings.sink.recorder import Recorder
 from scenarios.running.assembly import build
-from scenarios.setup.recorder_options import grid, thinning
+from scenarios.running.run import recording_grid, thinning
 from scenarios.spec.load import load_scenario
 from scenarios.spec.scenario import Scenario
 
@@ -124,7 +124,10 @@ def frames_of(scenario: Scenario) -> tuple[list[Frame], float]:
 def main() -> None:
     """Print the table."""
     scenario = load_scenario("calm-spread").scenario
-    own: Terms = (grid(scenario.recording.precision, scenario.fluid.particle_spacing), thinning(scenario.phases))
+    own: Terms = (
+        recording_grid(scenario.recording.precision, scenario.fluid.particle_spacing),
+        thinning(scenario.phases),
+    )
     run, second = frames_of(scenario)
     cases = {
         name: ([_frame(index, bodies) for index in range(FRAMES)], terms) for name, (bodies, terms) in MADE_UP.items()

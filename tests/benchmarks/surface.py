@@ -20,7 +20,7 @@ from recordings.model.sample import Sample
 from recordings.sink.recorder import FILM_RATE
 from recordings.sink.rerun_sink import RerunFile
 from scenarios.running.assembly import Assembly, build
-from scenarios.setup.recorder_options import surface_rate
+from scenarios.running.run import surface_rate
 from scenarios.spec.load import load_scenario
 
 REPEATS = 20

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import trimesh
@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from booms.deployment import PlacedBody
 from coupling.multibody.prescribed_motion import OscillatingMotion, PrescribedMotion
+from coupling.solids import bodies
 from coupling.solids.bodies import about_center_of_mass, mass_properties
 from coupling.solids.solid_mesh import SolidMesh
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
@@ -20,12 +21,12 @@ from coupling.solids.thin_parts import HELD
 from oilsim import BoundaryParticles
 from oilsim.core.phases import RIGHT_ANGLE
 from recordings.model.frame import Color
-from scenarios.schema.bodies import Body, Fixed, MeshBody, SineMotion
+from scenarios.schema.bodies import Body, BoxBody, CylinderBody, Fixed, MeshBody, RockBody, SineMotion, SphereBody
 from scenarios.schema.parsing.quantity_fields import Vector
-from scenarios.setup.solids.body_shapes import body_solid
 from scenarios.text.problems import Problem, problems_of
 
 Array = NDArray[np.float64]
+ROCK_BUMPS = 24
 
 HELD_DENSITY = 1000.0  # [kg/m3] of a held body, whose mass nobody feels
 
@@ -163,3 +164,38 @@ def sampled(solids: Sequence[Solid], particle_spacing: float) -> dict[int, Surfa
                     mesh, particle_spacing, minimum_thickness=solid.least_thickness(particle_spacing)
                 )
     return samplings
+
+
+def body_solid(body: Body) -> SolidMesh:
+    """Return the solid of a body about the origin of its shape; errors name the file where there is one."""
+    if isinstance(body, MeshBody):
+        return bodies.load_solid(body.file, body.scale)
+    mesh = _MESHES[type(body)](body)
+    return SolidMesh(mesh=mesh, outer=mesh)
+
+
+def rock(size: tuple[float, float, float], roughness: float, seed: int) -> trimesh.Trimesh:
+    """Build a boulder: a sphere whose radius varies by random plane waves, stretched to the extents `size` [m].
+
+    radius(e) = 1 + roughness s(e) / max |s| with s(e) = sum_k a_k cos(w_k . e + p_k) for directions e. Wave vectors have lengths of 2 to 6
+    and a_k = 1 / |w_k|: long bumps are high, short ones low.
+    """
+    random = np.random.default_rng(seed)
+    mesh = trimesh.creation.icosphere(subdivisions=4)
+    direction = np.asarray(mesh.vertices, np.float64)
+    wave = random.normal(size=(ROCK_BUMPS, 3))
+    wave *= random.uniform(2.0, 6.0, size=(ROCK_BUMPS, 1)) / np.linalg.norm(wave, axis=1, keepdims=True)
+    phase = random.uniform(0.0, 2.0 * np.pi, size=ROCK_BUMPS)
+    bumps = np.cos(direction @ wave.T + phase) @ (1.0 / np.linalg.norm(wave, axis=1))
+    vertices = direction * (1.0 + roughness * bumps / np.abs(bumps).max())[:, None]
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    mesh.vertices = (vertices - 0.5 * (low + high)) / (high - low) * np.array(size)
+    return mesh
+
+
+_MESHES: dict[type, Callable[[Any], trimesh.Trimesh]] = {
+    BoxBody: lambda body: bodies.box(body.size),
+    CylinderBody: lambda body: bodies.cylinder(body.radius, body.height),
+    SphereBody: lambda body: bodies.sphere(body.radius),
+    RockBody: lambda body: rock(body.size, body.roughness, body.seed),
+}

@@ -18,12 +18,11 @@ from recordings.replay.recording import Replay
 from recordings.replay.repair import has_footer
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.running.assembly import Assembly, build
-from scenarios.running.run import RunOptions, run_scenario
+from scenarios.running.run import RunOptions, recording_grid, run_scenario, thinning
 from scenarios.running.summary import SummaryObserver
 from scenarios.schema.bodies import BoxBody, Fixed
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
-from scenarios.schema.probe_settings import BodyProbe, PressureProbe, VelocityProbe, WaveGauge
-from scenarios.setup import recorder_options
+from scenarios.schema.run_settings import BodyProbe, PressureProbe, VelocityProbe, WaveGauge
 from scenarios.setup.fluid import fill_positions
 from scenarios.setup.solids.placed_solids import own_solids
 from scenarios.spec.load import load_scenario, scenario_from
@@ -286,8 +285,8 @@ def test_signals_that_a_run_was_started_to_ignore_do_not_stop_it(tmp_path: Path)
 )
 def test_terms_of_recording(name: str, settings: tuple[str, ...], grid: float | None, thinned: dict[str, int]) -> None:
     scenario = load_scenario(name, overrides=settings).scenario
-    assert recorder_options.grid(scenario.recording.precision, scenario.fluid.particle_spacing) == grid
-    assert recorder_options.thinning(scenario.phases) == thinned
+    assert recording_grid(scenario.recording.precision, scenario.fluid.particle_spacing) == grid
+    assert thinning(scenario.phases) == thinned
 
 
 def test_failure_names_the_participant() -> None:

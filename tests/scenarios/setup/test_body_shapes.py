@@ -14,8 +14,7 @@ from scenarios.schema.bodies import (
     SphereBody,
 )
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
-from scenarios.setup.solids.body_shapes import body_solid, rock
-from scenarios.setup.solids.placed_solids import own_solids
+from scenarios.setup.solids.placed_solids import body_solid, own_solids, rock
 from scenarios.spec.scenario import RunSettings, Scenario
 
 

@@ -15,7 +15,7 @@ from booms.containment import PRACTICE_SPEED
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.controls.signals import signals_of
 from scenarios.running.assembly import Assembly, build
-from scenarios.running.injects import Injects
+from scenarios.running.run_loop import Injects
 from scenarios.spec.load import scenario_from
 from scenarios.watch.boom_score import RESTED, BoomScore, Oil
 from tests.scenarios.test_boom_losses import pool
