@@ -11,7 +11,9 @@ from dataclasses import dataclass
 INSTRUCTOR, OBSERVER, VESSEL = "instructor", "observer", "vessel"
 
 CREW_MAY = frozenset({"steer", "levers", "engine", "line"})  # with its own vessel only
-MOST_FAILURES = 20  # [1] wrong tokens or passwords within `FORGETS`, beyond which nobody new is let in
+MOST_FAILURES = (
+    20  # [1] wrong tokens or passwords of one address within `FORGETS`, beyond which nobody new is let in from there
+)
 FORGETS = 60.0  # [s]
 
 
@@ -42,7 +44,7 @@ class Access:
         roles = [Role(INSTRUCTOR), *(Role(VESSEL, name) for name in vessels), Role(OBSERVER)]
         self._tokens = {secrets.token_urlsafe(18): role for role in roles}
         self._password = password
-        self._failures: list[float] = []  # times [s]
+        self._failures: dict[str, list[float]] = {}  # times [s], by address
 
     @property
     def needs_password(self) -> bool:
@@ -54,11 +56,12 @@ class Access:
         """The token of each role."""
         return {role: token for token, role in self._tokens.items()}
 
-    def role_of(self, token: str, password: str = "") -> Role | None:
-        """Return the role that a token opens; None for a wrong token or password, and while too many wrong ones come."""
+    def role_of(self, token: str, password: str = "", address: str = "") -> Role | None:
+        """Return the role that a token opens; None for a wrong token or password, and while too many wrong ones come from an address."""
         now = time.monotonic()
-        self._failures = [then for then in self._failures if now - then < FORGETS]
-        if self.needs_password and len(self._failures) >= MOST_FAILURES:
+        recent = {place: [then for then in times if now - then < FORGETS] for place, times in self._failures.items()}
+        self._failures = {place: times for place, times in recent.items() if times}
+        if self.needs_password and len(self._failures.get(address, ())) >= MOST_FAILURES:
             return None
         found = None
         for own, role in self._tokens.items():
@@ -67,7 +70,7 @@ class Access:
         if self._password is not None and not _same(self._password, password):
             found = None
         if found is None:
-            self._failures.append(now)
+            self._failures.setdefault(address, []).append(now)
         return found
 
 

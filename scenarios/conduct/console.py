@@ -10,6 +10,8 @@ import webbrowser
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -18,14 +20,15 @@ from recordings.sink.viewer import LOOPBACK, ViewerError, WebViewer, web_viewer
 from scenarios.conduct.access import Access
 from scenarios.conduct.commands import LONGEST
 from scenarios.conduct.conducted_run import Errand
+from scenarios.conduct.places import Places
 from scenarios.conduct.server import PageServer, running
 from scenarios.conduct.session import Session
 from scenarios.text.terminal import terminal
 
 BACKLOG = 64  # [1] connections that wait to be taken
 EVERYWHERE = ("0.0.0.0", "::")  # addresses by which a server listens at all of a machine's
-FIRST_REQUEST = 5.0  # [s] within which a connection must ask for something
-MOST_CONNECTIONS = 200  # [1] at a time, pages and files
+FIRST_REQUEST = 5.0  # [s] within which a connection must ask for something, at first and after each answer
+MOST_CONNECTIONS, OF_ONE_ADDRESS = 200, 120  # [1] at a time that are no pages, in all and of one address
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,11 +115,10 @@ async def _serve(errand: Errand, access: Access, listeners: list[socket.socket],
     server = PageServer(access, session, hosts=hosts, viewer=view)
     config = uvicorn.Config(
         server.application,
-        http=_Prompt,
+        http=partial(_Prompt, Places(MOST_CONNECTIONS, OF_ONE_ADDRESS)),  # type: ignore[arg-type]
         ws="websockets-sansio",
         ws_max_size=LONGEST,
         ws_per_message_deflate=False,
-        limit_concurrency=MOST_CONNECTIONS,
         log_level="error",
         server_header=False,
         timeout_graceful_shutdown=2,
@@ -131,15 +133,51 @@ async def _serve(errand: Errand, access: Access, listeners: list[socket.socket],
 
 
 class _Prompt(H11Protocol):
-    """A connection that is closed unless a whole request has come within `FIRST_REQUEST` seconds, however slowly its headers arrive."""
+    """A connection that is closed unless a whole request comes within `FIRST_REQUEST` seconds, however slowly its headers arrive.
+
+    It has a place among strangers until it is a page's.
+    """
+
+    def __init__(self, places: Places, *arguments: Any, **keywords: Any) -> None:
+        super().__init__(*arguments, **keywords)
+        self._places = places
+        self._patience: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin to wait for the request."""
+        """Take a place, and begin to wait for the request."""
         super().connection_made(transport)
-        self.loop.call_later(FIRST_REQUEST, self._end_unasked)
+        address = str((transport.get_extra_info("peername") or ("",))[0])
+        self._places.enter(self, address, transport.abort)
+        self._wait()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Give the place back."""
+        self._rest()
+        super().connection_lost(exc)
+
+    def handle_websocket_upgrade(self, event: Any) -> None:
+        """Give the place back: from now on the page's token is waited for."""
+        self._rest()
+        super().handle_websocket_upgrade(event)
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request."""
+        super().on_response_complete()
+        self._wait()
+
+    def _wait(self) -> None:
+        if self._patience is not None:
+            self._patience.cancel()
+        self._patience = self.loop.call_later(FIRST_REQUEST, self._end_unasked)
+
+    def _rest(self) -> None:
+        self._places.leave(self)
+        if self._patience is not None:
+            self._patience.cancel()
 
     def _end_unasked(self) -> None:
-        if self.cycle is None and self.transport.get_protocol() is self and not self.transport.is_closing():
+        is_served = self.cycle is not None and not self.cycle.response_complete
+        if not is_served and not self.transport.is_closing():
             self.transport.close()
 
 

@@ -22,7 +22,7 @@ from starlette.applications import Starlette
 from starlette.datastructures import Headers
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
-from starlette.requests import Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -32,6 +32,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from recordings.sink.viewer import WebViewer
 from scenarios.conduct.access import Access, Role
 from scenarios.conduct.commands import read_command, read_message
+from scenarios.conduct.places import Places
 from scenarios.conduct.session import Session
 from scenarios.text.problems import ScenarioError
 
@@ -142,7 +143,8 @@ class PageLink:
 
 
 MOST_PAGES = 40  # [1] open at a time
-MOST_STRANGERS = 16  # [1] that have not shown a token yet
+KEPT = 2  # [1] of these for each role, which has them however many others are open
+MOST_STRANGERS, OF_ONE_ADDRESS = 64, 16  # [1] that have not shown a token yet, in all and of one address
 FIRST_WORD = 5.0  # [s] within which a page must show its token
 MOST_COMMANDS = 40  # [1] that a page may give within a second
 MOST_FAULTS = 20  # [1] messages that cannot be read, before a page is closed
@@ -164,7 +166,7 @@ class PageServer:
         self._access, self._session = access, session
         self._viewer = viewer
         self._pages: set[PageLink] = set()
-        self._strangers = 0
+        self._strangers = Places(MOST_STRANGERS, OF_ONE_ADDRESS)
         self._tasks: set[asyncio.Task[None]] = set()
         view = []
         if viewer is not None:
@@ -200,7 +202,7 @@ class PageServer:
         """Return the debrief of a recording, to pages that show a token."""
         token = request.headers.get("authorization", "").removeprefix("Bearer ")
         password = request.headers.get("x-password", "")
-        if self._access.role_of(token, password) is None:
+        if self._access.role_of(token, password, _address(request)) is None:
             return PlainTextResponse("the token opens nothing", status_code=401)
         page = self._session.debriefs.get(request.path_params["name"])
         if page is None:
@@ -209,30 +211,33 @@ class PageServer:
 
     async def _live(self, socket: WebSocket) -> None:
         """Serve one page, from its token to its end."""
-        if not _is_own(socket) or self._strangers >= MOST_STRANGERS:
+        if not _is_own(socket):
             await socket.close()  # before it is accepted: the browser gets 403
             return
         await socket.accept()
-        with suppress(WebSocketDisconnect, TimeoutError, RuntimeError):
+        with suppress(
+            WebSocketDisconnect, TimeoutError, RuntimeError
+        ):  # of one that gives way to a newer one, TimeoutError
             role = await self._introduced(socket)
             if role is None:
                 await socket.close(CLOSED_TOKEN, "the token opens nothing")
-            elif len(self._pages) >= MOST_PAGES:
+            elif len(self._pages) >= MOST_PAGES and sum(page.role == role for page in self._pages) >= KEPT:
                 await socket.close(CLOSED_MANY, f"{MOST_PAGES} pages are open, allowed: fewer")
             else:
                 await self._serve(socket, role)
 
     async def _introduced(self, socket: WebSocket) -> Role | None:
         """Read a page's token; None if it opens nothing."""
-        self._strangers += 1
+        address, loop = _address(socket), asyncio.get_running_loop()
         try:
-            async with asyncio.timeout(FIRST_WORD):
+            async with asyncio.timeout(FIRST_WORD) as patience:
+                self._strangers.enter(socket, address, lambda: patience.reschedule(loop.time()))
                 data = read_message(await socket.receive_text())
         except (ScenarioError, KeyError):
             return None
         finally:
-            self._strangers -= 1
-        return self._access.role_of(str(data.get("token", "")), str(data.get("password", "")))
+            self._strangers.leave(socket)
+        return self._access.role_of(str(data.get("token", "")), str(data.get("password", "")), address)
 
     async def _serve(self, socket: WebSocket, role: Role) -> None:
         page = PageLink(socket, role, self._session)
@@ -321,6 +326,11 @@ class _SecurityHeaders:
             await send(message)
 
         await self._app(scope, receive, answer if scope["type"] == "http" else send)
+
+
+def _address(connection: HTTPConnection) -> str:
+    """Return the address that a connection comes from; empty if it is not known."""
+    return "" if connection.client is None else connection.client.host
 
 
 def _is_own(socket: WebSocket) -> bool:

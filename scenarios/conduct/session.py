@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from recordings.model.frame import ORDER_SOURCES
-from scenarios.conduct.access import Role
+from scenarios.conduct.access import INSTRUCTOR, Role
 from scenarios.conduct.commands import Command, refused, settings_of
 from scenarios.conduct.conducted_run import Errand, start_run
 from scenarios.conduct.history import Album, History
@@ -67,8 +67,10 @@ class Inbox:
 
 
 MOST_LINES = 1000  # [1] of the log that pages can still see
-MOST_WAITING = 8  # [1] commands that wait for the run
+MOST_WAITING = 4  # [1] commands of one role that wait for the run
+BREATH = 0.05  # [s] after each order of a crew, in which the run steps and the instructor is heard
 LAST_WORDS = 120.0  # [s] that a run may take over its end, checkpoint and summary included, on a busy machine
+CONDUCTING = Role(INSTRUCTOR)
 _PLAIN: Mapping[str, Kind] = {"pause": "pause", "go-on": "go-on", "step": "step", "end": "end"}
 
 
@@ -80,7 +82,8 @@ class Session:
         self._errand, self._changed = errand, changed
         self._process: BaseProcess | None = None
         self._inbox: Inbox | None = None
-        self._waiting = 0
+        self._waiting = Counter[str]()  # commands, by role
+        self._crews = asyncio.Lock()  # one order of a crew is with the run at a time: an instructor's waits for no more
         self._is_closing = False
         self._turning = asyncio.Lock()  # held while the run ends for a branch or a debrief
         self._pieces: dict[str, Errand] = {}  # all runs so far, by the names of their recordings
@@ -146,24 +149,29 @@ class Session:
             case verb if verb in _PLAIN:
                 return await self._ask(_PLAIN[verb])
         settings = settings_of(command, (self.state or {}).get("vessels", {}))
-        told = await self._ask("order", *settings)
+        told = await self._ask("order", *settings, role=role)
         if role.kind != "instructor":
             self._say(f"{role.name} ordered it", source="console")
         return told
 
-    async def _ask(self, kind: Kind, *words: str) -> str:
-        """Ask the run; ScenarioError if it refuses, or cannot answer."""
+    async def _ask(self, kind: Kind, *words: str, role: Role = CONDUCTING) -> str:
+        """Ask the run for a role; ScenarioError if it refuses, or cannot answer."""
         if self.phase != "running":
             raise refused(kind, f"cannot be done: the run is {self.phase}")
-        if self._waiting >= MOST_WAITING:
+        if self._waiting[role.name] >= MOST_WAITING:
             raise refused(kind, f"comes while {MOST_WAITING} commands wait for the run, allowed: after it has answered")
-        self._waiting += 1
+        self._waiting[role.name] += 1
         try:
-            answer = await asyncio.to_thread(ask, self.recording, kind, words)
+            if role.kind == INSTRUCTOR:
+                answer = await asyncio.to_thread(ask, self.recording, kind, words)
+            else:
+                async with self._crews:
+                    answer = await asyncio.to_thread(ask, self.recording, kind, words)
+                    await asyncio.sleep(BREATH)
         except NoAnswerError as error:
             raise refused(kind, str(error)) from error
         finally:
-            self._waiting -= 1
+            self._waiting[role.name] -= 1
         return f"{answer.text} at {answer.time:.1f} s"
 
     async def _branch(self, time: float, marked: str | None, settings: tuple[str, ...]) -> str:

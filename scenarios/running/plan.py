@@ -6,7 +6,7 @@ import hashlib
 import json
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,8 @@ TERM_KEYS = (
     "run.duration", "run.threads", "recording.*", "camera.*", "criteria.*", "title", "text", "demo", "demo.*", "levels", "levels.*",
     "exercise", "exercise.*",
 )  # fmt: skip
+# scenarios after some actions that a plan keeps, so that an order costs the same after many; numerical; those of the last orders
+KEPT = 8
 _ORDERED = "orders "  # how the text of an order's event begins
 
 
@@ -66,6 +68,8 @@ class Plan:
     actions: tuple[Action, ...] = ()
     text: str = ""
     overrides: tuple[str, ...] = ()
+    # first and present scenario, by the actions between them; shared with the plans that orders make of this one
+    _after: dict[tuple[Action, ...], tuple[Scenario, Scenario]] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def changes(self) -> tuple[str, ...]:
@@ -78,9 +82,17 @@ class Plan:
 
     def scenario_after(self, count: int) -> Scenario:
         """Return the scenario with the changes of the first `count` actions."""
-        scenario = self.scenario
-        for action in self.actions[:count]:
-            scenario = _with_settings(scenario, action.settings)
+        actions = self.actions[:count]
+        nothing = (None, self.scenario)
+        for known in range(len(actions), -1, -1):
+            first, scenario = self._after.get(actions[:known], nothing)
+            if first is self.scenario or not known:
+                break
+        for done in range(known, len(actions)):
+            scenario = _with_settings(scenario, actions[done].settings)
+            self._after[actions[: done + 1]] = self.scenario, scenario
+        while len(self._after) > KEPT:
+            self._after.pop(next(iter(self._after)))
         return scenario
 
     def settings_due(self, index: int) -> tuple[str, ...]:

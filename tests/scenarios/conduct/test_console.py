@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import socket
+import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from recordings.replay.recording import Replay
 from scenarios.conduct.commands import LONGEST
 from scenarios.conduct.console import FIRST_REQUEST
-from scenarios.conduct.server import CLOSED_MANY, CLOSED_TOKEN, MOST_PAGES, other_origin
+from scenarios.conduct.server import CLOSED_MANY, CLOSED_TOKEN, MOST_COMMANDS, MOST_PAGES, other_origin
 from scenarios.running.verify import verify
 from tests.fuzz.console import attacked, faults
 from tests.scenarios.conduct.consoles import TOW, Console, console
@@ -155,8 +156,45 @@ def test_fifty_pages_at_once_are_served_or_refused_and_one_that_does_not_read_co
             except ConnectionClosed as closed:
                 codes.append(closed.rcvd.code if closed.rcvd else None)
         assert codes.count(CLOSED_MANY) == len(codes) == 50 - MOST_PAGES
-    with served.page("instructor") as instructor:  # none of the others has read what came since
-        assert "told" in instructor.give("step")
+        with served.page("instructor") as instructor:  # it has a place, and none of the others has read what came since
+            assert "told" in instructor.give("step")
+
+
+def test_strangers_take_nobodys_place(served: Console) -> None:
+    """Three hundred connections that say nothing, and thirty sockets without a token: a page that comes is served at once."""
+    host, port = served.host.split(":")
+    with ExitStack() as stack:
+        for _ in range(300):
+            stack.enter_context(socket.create_connection((host, int(port))))
+        for _ in range(30):
+            stack.enter_context(served.socket())
+        with served.page("instructor") as instructor:
+            assert "told" in instructor.give("step")
+
+
+def test_headers_that_come_slowly_are_not_waited_for_after_an_answer_either(served: Console) -> None:
+    host, port = served.host.split(":")
+    with socket.create_connection((host, int(port))) as slow:
+        slow.settimeout(3.0 * FIRST_REQUEST)
+        slow.sendall(f"GET /nothing HTTP/1.1\r\nHost: {served.host}\r\n\r\n".encode())
+        assert slow.recv(1 << 16).startswith(b"HTTP/1.1 404")
+        slow.sendall(b"GET / HTTP/1.1\r\n")
+        while slow.recv(1 << 16):
+            pass
+
+
+def test_a_crew_that_orders_all_the_time_keeps_nobody_waiting(served: Console) -> None:
+    """Two hundred orders of a crew wait; each of the instructor's commands is done before them, and the crew is told of its own."""
+    with served.page("port") as crew, served.page("instructor") as instructor:
+        for number in range(200):
+            order = {"id": 1000 + number, "do": "engine", "vessel": "port", "runs": number % 2 == 1}
+            crew.socket.send(json.dumps(order))
+            if number % MOST_COMMANDS == MOST_COMMANDS - 1:
+                assert "told" in instructor.give("step")
+                time.sleep(1.0)  # as many a second as a page may give
+        crew.hear(lambda page: len(page.answers) == 200)
+        done = [answer for answer in crew.answers.values() if "told" in answer]
+        assert done and all("wait" in str(one["problems"]) for one in crew.answers.values() if "told" not in one)
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from functools import partial
 from multiprocessing import Pipe
 
 import numpy as np
@@ -16,6 +17,7 @@ from scenarios.conduct.access import MOST_FAILURES, Access, Role
 from scenarios.conduct.commands import LONGEST, read_command, read_message
 from scenarios.conduct.console_feed import LatestSender
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
+from scenarios.conduct.places import Places
 from scenarios.conduct.server import other_origin, policy
 from scenarios.conduct.snapshot import MOST_SPOTS, spots_of_particles
 from scenarios.text.problems import ScenarioError
@@ -102,6 +104,26 @@ def test_a_password_is_asked_for_and_cannot_be_tried_without_end() -> None:
     for _ in range(MOST_FAILURES):
         assert access.role_of(token, "wrong") is None
     assert access.role_of(token, "open sesame") is None
+
+
+def test_wrong_passwords_of_one_address_keep_no_other_out() -> None:
+    access = Access(["tug"], "open sesame")
+    token = access.tokens[Role("instructor")]
+    for _ in range(MOST_FAILURES):
+        assert access.role_of(token, "wrong", "10.0.0.9") is None
+    assert access.role_of(token, "open sesame", "10.0.0.9") is None
+    assert access.role_of(token, "open sesame", "10.0.0.1") == Role("instructor")
+
+
+def test_the_oldest_stranger_of_the_fullest_address_gives_way() -> None:
+    places, closed = Places(5, 3), list[str]()
+    for who in ("a1", "a2", "a3", "a4", "b1", "b2", "c1"):
+        places.enter(who, who[0], partial(closed.append, who))
+    assert closed == ["a1", "a2"]  # the fourth of one address, and the sixth of all
+    places.leave("b1")
+    places.leave("a1")  # gone already
+    places.enter("d1", "d", partial(closed.append, "d1"))
+    assert closed == ["a1", "a2"]
 
 
 def test_the_3d_view_is_of_another_origin_and_embedded_by_the_page_alone() -> None:

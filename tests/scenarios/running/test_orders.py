@@ -22,8 +22,10 @@ from recordings.replay.recording import Replay
 from scenarios.cli import main
 from scenarios.orders.client import NoAnswerError, go_on, order, pause
 from scenarios.orders.protocol import LONGEST, RunCard, find_run, new_socket_path, posted, request_line, runtime_folder
+from scenarios.running import plan as plans
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.pace import GLANCE, MOST_BEHIND, Pace
+from scenarios.running.plan import Plan
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.run_requests import RunRequests
 from scenarios.running.verify import verify
@@ -387,3 +389,23 @@ def test_summary_tells_the_lag_behind_the_clock(tmp_path: Path, capsys: pytest.C
     assert found["wall_s"] > 1.5
     assert main(["run", "two-layer", "--pace", "0"]) == 2
     assert "--pace is 0.0, allowed: above 0" in capsys.readouterr().err
+
+
+def test_an_order_costs_the_same_after_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scenario is changed once by each order, however many came before, and by no step; another plan has none of it."""
+    made: list[str] = []
+    whole = plans._with_settings
+    monkeypatch.setattr(
+        plans, "_with_settings", lambda scenario, given: (made.append(*given), whole(scenario, given))[1]
+    )
+    plan = Plan(scenario=scenario_from(read_toml(TOW)))
+    for number in range(30):
+        setting = f"tow.speed=0.{number:02d}"
+        plan = plan.ordered((setting,), number)
+        for _ in range(3):
+            assert plan.scenario_after(number + 1).tow.speed == float(f"0.{number:02d}")
+        assert made == [setting]
+        made.clear()
+    assert plan.scenario_at(4).tow.speed == 0.04  # long ago: made again
+    other = replace(plan, scenario=replace(plan.scenario, title="another"))
+    assert other.scenario_after(30).title == "another"
