@@ -224,7 +224,10 @@ def _measured(oil: OilRecord, quantity: str, temperature: float) -> str:
 
 
 def _origin(oil: OilRecord, quantity: str) -> str:
-    return "from its weathered samples" if oil.gain_is_measured(quantity) else "typical"
+    if oil.own_gain(quantity):
+        return "from its weathered samples"
+    others = sum(one.own_gain(quantity) > 0.0 for one in oil.relatives)
+    return f"from samples of {others} other records" if others else "typical"
 
 
 def _refused() -> Table:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from importlib.resources import files
 from types import MappingProxyType
@@ -29,6 +31,7 @@ SHORT_NAMES: Mapping[str, tuple[str, str]] = MappingProxyType(
     }
 )
 """Short names of common oils: record in the library, and a description."""
+_DETAIL = re.compile(r"[,(]|\b\d{4}\b")  # where the name of an oil ends, and those of its sample begin
 
 
 @lru_cache(maxsize=1)
@@ -38,22 +41,32 @@ def library() -> Mapping[str, OilRecord]:
     for row in _rows("measurements.csv"):
         values = (float(row["temperature"]), float(row["evaporated"]), float(row["value"]))
         points.setdefault(row["record"], []).append(Measurement(row["quantity"], *values))
+    oils = {
+        row["record"]: OilRecord(
+            record=row["record"],
+            name=row["name"],
+            location=row["location"],
+            product=row["product"],
+            reference=row["reference"],
+            api=_optional(row["api"]),
+            pour_point=_optional(row["pour_point"]),
+            interfacial_tension=_optional(row["interfacial_tension"]),
+            measurements=tuple(points[row["record"]]),
+        )
+        for row in _rows("oils.csv")
+    }
+    sampled: dict[str, list[OilRecord]] = {}
+    for oil in oils.values():
+        if any(point.evaporated for point in oil.measurements):
+            sampled.setdefault(_plain_name(oil.name), []).append(oil)
     return MappingProxyType(
-        {
-            row["record"]: OilRecord(
-                record=row["record"],
-                name=row["name"],
-                location=row["location"],
-                product=row["product"],
-                reference=row["reference"],
-                api=_optional(row["api"]),
-                pour_point=_optional(row["pour_point"]),
-                interfacial_tension=_optional(row["interfacial_tension"]),
-                measurements=tuple(points[row["record"]]),
-            )
-            for row in _rows("oils.csv")
-        }
+        {record: replace(oil, relatives=tuple(sampled.get(_plain_name(oil.name), ()))) for record, oil in oils.items()}
     )
+
+
+def _plain_name(name: str) -> str:
+    """Return the name of an oil without its year, place of the sample and company: ALASKA NORTH SLOPE of ALASKA NORTH SLOPE 2011."""
+    return _DETAIL.split(name)[0].strip()
 
 
 def refusals() -> list[dict[str, str]]:

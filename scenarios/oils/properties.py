@@ -55,7 +55,10 @@ class Measurement:
 
 @dataclass(frozen=True, kw_only=True)
 class OilRecord:
-    """One oil of the library: its record and name, and its measurements; pour_point [K], interfacial_tension [N/m], api [degrees API]."""
+    """One oil of the library: its record and name, and its measurements; pour_point [K], interfacial_tension [N/m], api [degrees API].
+
+    relatives: records of the same oil, by its name, that have weathered samples.
+    """
 
     record: str
     name: str
@@ -66,6 +69,7 @@ class OilRecord:
     pour_point: float | None
     interfacial_tension: float | None
     measurements: tuple[Measurement, ...]
+    relatives: tuple[OilRecord, ...] = ()
 
     def density_at(self, temperature: float, *, evaporated: float = 0.0, water_content: float = 0.0) -> float:
         """Compute the density [kg/m3] at a temperature [degrees C], after evaporation of a share of its mass and uptake of water."""
@@ -111,32 +115,36 @@ class OilRecord:
 
     @cached_property
     def density_gain(self) -> float:
-        """C_d [-] of rho = rho_0 (1 + C_d F), from the record's weathered samples, else a typical one."""
-        gains = [
-            (point.evaporated, point.value / self._fresh_density(point.temperature) - 1.0)
-            for point in self._weathered("density")
-        ]
-        return _slope_through_zero(gains) or DENSITY_GAIN
+        """C_d [-] of rho = rho_0 (1 + C_d F), from weathered samples, else a typical one."""
+        return self._of_samples("density") or DENSITY_GAIN
 
     @cached_property
     def viscosity_gain(self) -> float:
-        """C_v [-] of nu = nu_0 exp(C_v F), from the record's weathered samples, else the library's usual one for its API gravity."""
-        gains = [
-            (point.evaporated, math.log(point.value / self._fresh_viscosity(point.temperature)))
-            for point in self._weathered("viscosity")
-        ]
-        found = _slope_through_zero(gains)
-        return found if VISCOSITY_GAINS[0] <= found <= VISCOSITY_GAINS[1] else self._usual_gain
+        """C_v [-] of nu = nu_0 exp(C_v F), from weathered samples, else the library's usual one for its API gravity."""
+        return self._of_samples("viscosity") or self._usual_gain
+
+    def _of_samples(self, quantity: str) -> float:
+        """Gain [-] of a quantity by the record's weathered samples, else the median by those of its relatives; 0 without any."""
+        gains = [one.own_gain(quantity) for one in self.relatives]
+        measured = [gain for gain in gains if gain]
+        return self.own_gain(quantity) or (float(np.median(measured)) if measured else 0.0)
+
+    def own_gain(self, quantity: str) -> float:
+        """Return the gain [-] of density or viscosity by the record's own weathered samples; 0 without any that can be."""
+        points = self._weathered(quantity)
+        if quantity == "density":
+            return _slope_through_zero(
+                [(p.evaporated, p.value / self._fresh_density(p.temperature) - 1.0) for p in points]
+            )
+        found = _slope_through_zero(
+            [(p.evaporated, math.log(p.value / self._fresh_viscosity(p.temperature))) for p in points]
+        )
+        return found if VISCOSITY_GAINS[0] <= found <= VISCOSITY_GAINS[1] else 0.0
 
     @property
     def _usual_gain(self) -> float:
         """C_v [-] of oils of this gravity: heavy ones thicken faster."""
         return min(max(GAIN_OFFSET + GAIN_SLOPE * self.gravity, GAINS[0]), GAINS[1])
-
-    def gain_is_measured(self, quantity: str) -> bool:
-        """Tell whether the gain of density or viscosity comes from the record's weathered samples."""
-        usual = {"density": (self.density_gain, DENSITY_GAIN), "viscosity": (self.viscosity_gain, self._usual_gain)}
-        return bool(self._weathered(quantity)) and usual[quantity][0] != usual[quantity][1]
 
     def temperatures(self, quantity: str) -> tuple[float, ...]:
         """List the temperatures [degrees C] at which a quantity of the fresh oil was measured."""
