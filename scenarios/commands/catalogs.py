@@ -227,7 +227,7 @@ def _origin(oil: OilRecord, quantity: str) -> str:
     if oil.own_gain(quantity):
         return "from its weathered samples"
     others = sum(one.own_gain(quantity) > 0.0 for one in oil.relatives)
-    return f"from samples of {others} other records" if others else "typical"
+    return f"by {others} other records" if others else "typical"
 
 
 def _refused() -> Table:

@@ -281,7 +281,7 @@ def test_the_card_of_an_evaporated_oil_follows_its_laws(capsys: pytest.CaptureFi
         assert main(["oils", "maya", "--evaporated", share]) == 0
         cards.append(capsys.readouterr().out)
     assert "15 °C, 0% evaporated, 0% water" in cards[0] and "15 °C, 20% evaporated, 0% water" in cards[1]
-    number = r"([\d.]+)"
+    number = r"([\d.e+]+)"
     gains = [float(re.search(rf"{law} ?{number} F\)", cards[1])[1]) for law in (r"x \(1 \+", r"x exp\(")]
     (light, fresh), (dense, stiff) = (
         (float(re.search(rf"{number} kg/m3", card)[1]), float(re.search(rf"{number} cSt", card)[1])) for card in cards
