@@ -20,8 +20,8 @@ import numpy.typing as npt
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
 from coupling.master.participant import Causality, Participant
+from coupling.testkit.body_checks import order_of_convergence
 from coupling.testkit.faults import ON_PURPOSE
-from coupling.testkit.fits import order_of_convergence
 from coupling.testkit.readings import BodyTrack, History, Readings, readings_of
 from coupling.testkit.verdict import CheckFailed, Context, require_at_most, require_near
 from recordings.files.checkpoint import state_hash

@@ -37,7 +37,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.backend.jit import njit
-from oilsim.backend.wrenches import add_force_at
 from oilsim.core.physical_constants import AIR_DENSITY
 from oilsim.loads.load_model import (
     LoadModel,
@@ -49,6 +48,7 @@ from oilsim.loads.load_model import (
     stacked_stations,
 )
 from oilsim.loads.wetted_volume import add_wetted_volume
+from oilsim.loads.wrenches import add_force_at
 from oilsim.sea import Sea
 
 Array = NDArray[np.float64]

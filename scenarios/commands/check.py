@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from recordings.model.words import volume_in_words
-from scenarios.commands.options.scenario import add_scenario, overrides
+from scenarios.commands.options import add_scenario, overrides
 from scenarios.text.problems import DONE, Problem, ScenarioError
 
 if TYPE_CHECKING:

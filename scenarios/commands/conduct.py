@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from scenarios.commands.options.scenario import add_scenario, overrides
+from scenarios.commands.options import add_scenario, overrides
 from scenarios.running.output_paths import free_recording, unwritable
 from scenarios.text.problems import Problem, ScenarioError, reason_of
 

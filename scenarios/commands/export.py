@@ -48,7 +48,7 @@ def register(commands: argparse._SubParsersAction) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from scenarios.commands.options.export import file_errors, interval, require_some, require_used, whole_run
+    from scenarios.commands.options import file_errors, interval, require_some, require_used, whole_run
 
     require_some(options, "netcdf", "geojson", "vtk")
     maps = ("netcdf", "geojson")

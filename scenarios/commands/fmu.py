@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Literal
 
-from scenarios.commands.options.scenario import add_scenario, overrides
+from scenarios.commands.options import add_scenario, overrides
 from scenarios.running.output_paths import require_apart, require_writable
 from scenarios.text.problems import DONE, Problem, ScenarioError
 

@@ -52,7 +52,7 @@ def register_debrief(commands: argparse._SubParsersAction) -> None:
 
 
 def _debrief(options: argparse.Namespace) -> int:
-    from scenarios.commands.options.export import file_errors
+    from scenarios.commands.options import file_errors
     from scenarios.debrief.grade import read_criteria
     from scenarios.debrief.page import write_debrief
 
@@ -78,7 +78,7 @@ def register_verify(commands: argparse._SubParsersAction) -> None:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    from scenarios.commands.options.scenario import require_run_options
+    from scenarios.commands.options import require_run_options
 
     require_run_options(options)
     from scenarios.running.verify import verify
@@ -120,7 +120,7 @@ def register_report(commands: argparse._SubParsersAction) -> None:
 
 def _report(options: argparse.Namespace) -> int:
     from recordings.export.tables import Format, write_tables
-    from scenarios.commands.options.export import (
+    from scenarios.commands.options import (
         file_errors,
         interval,
         particle_ids,
@@ -205,7 +205,7 @@ def register_compare(commands: argparse._SubParsersAction) -> None:
 def _compare(options: argparse.Namespace) -> int:
     from recordings.replay.comparison import write_side_by_side
     from recordings.sink.viewer import ViewerError, open_viewer
-    from scenarios.commands.options.export import whole_run
+    from scenarios.commands.options import whole_run
 
     target = options.to or free_recording(f"{options.first.stem}-and-{options.second.stem}")
     require_apart({"A": options.first, "B": options.second}, {"--to": target})

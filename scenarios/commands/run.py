@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.commands.options.scenario import add_scenario, overrides
+from scenarios.commands.options import add_scenario, overrides
 from scenarios.running.output_paths import free_recording
 from scenarios.text.problems import Problem, ScenarioError
 

@@ -28,7 +28,7 @@ def register_list(commands: argparse._SubParsersAction) -> None:
 
 
 def _list(options: argparse.Namespace) -> int:
-    from scenarios.commands.options.export import require_used
+    from scenarios.commands.options import require_used
     from scenarios.spec.load import load_scenario
     from scenarios.text.terminal import terminal
 

@@ -6,7 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
-from scenarios.commands.options.scenario import add_scenario, overrides
+from scenarios.commands.options import add_scenario, overrides
 
 
 def register(commands: argparse._SubParsersAction) -> None:

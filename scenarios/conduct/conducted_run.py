@@ -1,22 +1,207 @@
-"""The run of a console, in a process of its own, so that pages answer whatever the run does."""
+"""The run of a console, in a process of its own, so that pages answer whatever the run does.
+
+The channel from a run to its console, in which only the latest state waits, and the observer that fills it.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
 import threading
+import time as wall_clock
+from collections import deque
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
+from coupling.master.observer_dispatch import CommunicationPoint
 from recordings.files.writing import RecordingError
-from scenarios.conduct.console_feed import LatestSender
+from recordings.model.frame import INSTRUCTOR, ORDER_SOURCES, Event, Frame, RunDescription
+from scenarios.conduct.snapshot import scene_of, state_of
+from scenarios.running.assembly import Assembly
+from scenarios.running.instructor import GOES_ON, PAUSED
+from scenarios.running.pace import Pace
+from scenarios.running.plan import Plan, settings_of
+from scenarios.running.run_loop import MARKS
 from scenarios.text.problems import ScenarioError
+
+MOST_LINES = 1000  # [1] of the log that wait for a console that stalls; the recording has all
+
+
+class LatestSender:
+    """Sends states and lines of the log through a pipe, in a thread of its own.
+
+    A state that has not been sent when the next one comes is dropped. Lines of the log wait, up to `MOST_LINES`. A pipe that is closed ends
+    the sending, not the run.
+    """
+
+    def __init__(self, pipe: Connection) -> None:
+        """Send through `pipe`, which belongs to this sender from now on."""
+        self._pipe = pipe
+        self._changed = threading.Condition()
+        self._first: list[Mapping[str, Any]] = []  # messages that must arrive
+        self._lines: list[Mapping[str, Any]] = []
+        self._state: Mapping[str, Any] | None = None
+        self._is_ended = False
+        self.dropped = 0
+        self._thread = threading.Thread(target=self._work, name="console", daemon=True)
+        self._thread.start()
+
+    @property
+    def is_idle(self) -> bool:
+        """True if the last state has been taken, so that a new one would be sent at once."""
+        return self._state is None
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """Send a message that must arrive, before all states and lines that wait."""
+        with self._changed:
+            self._first.append(message)
+            self._changed.notify()
+
+    def show(self, state: Mapping[str, Any]) -> None:
+        """Send a state, unless another one comes before the console has read the last."""
+        with self._changed:
+            self.dropped += self._state is not None
+            self._state = state
+            self._changed.notify()
+
+    def tell(self, line: Mapping[str, Any]) -> None:
+        """Send a line of the log."""
+        with self._changed:
+            self._lines = [*self._lines[-MOST_LINES:], line]
+            self._changed.notify()
+
+    def close(self, patience: float) -> None:
+        """Send what waits, for up to `patience` [s]."""
+        with self._changed:
+            self._is_ended = True
+            self._changed.notify()
+        self._thread.join(patience)
+
+    def _work(self) -> None:
+        while (messages := self._taken()) is not None:
+            try:
+                for message in messages:
+                    self._pipe.send_bytes(json.dumps(message, allow_nan=False).encode())
+            except OSError:
+                return  # nobody listens any more
+
+    def _taken(self) -> Sequence[Mapping[str, Any]] | None:
+        """Wait for messages, and take them; None at the end."""
+        with self._changed:
+            while not (self._first or self._lines or self._state is not None):
+                if self._is_ended:
+                    return None
+                self._changed.wait()
+            lines = [{"kind": "lines", "lines": self._lines}] if self._lines else []
+            states = [] if self._state is None else [self._state]
+            taken = [*self._first, *lines, *states]
+            self._first, self._lines, self._state = [], [], None
+            return taken
+
+
+BETWEEN = 0.1  # [s] of wall time from one state to the next
+MEMORY = 5.0  # [s] of wall time over which the real-time factor is averaged
+
+
+class ConsoleFeed:
+    """Sends the scene, states and the log of a run to its console; it has the shape of the Observer protocol."""
+
+    def __init__(self, assembly: Assembly, plan: Plan, pace: Pace, sender: LatestSender, *, paused: bool) -> None:
+        """Watch the run `assembly` of `plan`, which keeps `pace` and begins paused or not."""
+        self._assembly, self._plan, self._pace, self._sender = assembly, plan, pace, sender
+        self._scenario = plan.scenario
+        self._frame: Frame | None = None
+        self._sent = 0.0  # wall time [s] of the last state
+        self._is_paused = paused
+        self._marks: deque[tuple[float, float]] = deque()  # wall and simulated time [s]
+        self.seconds = 0.0  # of wall time that making states has taken
+
+    def initialized(self, run: RunDescription) -> None:
+        """Send the scene."""
+        self._sender.send(scene_of(self._assembly))
+
+    def step_completed(self, frame: Frame) -> None:
+        """Send the state if the last one was sent long enough ago, and after each step of a run that pauses."""
+        if self._frame is None:
+            self._scenario = self._plan.scenario_at(frame.index)
+        self._frame = frame
+        now = wall_clock.perf_counter()
+        self._marks.append((now, frame.time))
+        while len(self._marks) > 2 and now - self._marks[0][0] > MEMORY:
+            self._marks.popleft()
+        if self._is_paused or (now - self._sent >= BETWEEN and self._sender.is_idle):
+            self._show(frame)
+
+    def event(self, event: Event) -> None:
+        """Send the line of the log, and after an order, or other words of an instructor, the state that belongs to them."""
+        self._sender.tell(
+            {"time": event.time, "text": event.text, "level": event.level, "source": event.source, "mark": _mark(event)}
+        )
+        if event.source in ORDER_SOURCES:  # they speak at communication points, where the frame still holds
+            if self._frame is None:
+                self._frame = self._resumed(event.time)
+            self._heed(event.text)
+            self._show(self._frame)
+
+    def terminated(self, reason: str) -> None:
+        """Send the last state, and the reason of the end."""
+        if self._frame is not None:
+            self._show(self._frame)
+        self._sender.send({"kind": "ended", "reason": reason, "console_seconds": self.seconds})
+
+    def _resumed(self, time: float) -> Frame:
+        """Return the frame at which a run goes on, at `time` [s]: it is shown to nobody else, as the run before has recorded it."""
+        step = self._plan.scenario.run.communication_step
+        index = round(time / step)
+        self._scenario = self._plan.scenario_at(index)
+        return self._assembly.frame_source(CommunicationPoint(index, time, step))
+
+    def _heed(self, text: str) -> None:
+        """Take orders, and other words of an instructor, into what is shown."""
+        if text in (PAUSED, GOES_ON):
+            self._is_paused = text == PAUSED
+            self._marks.clear()
+        elif (settings := settings_of(text)) and self._frame is not None:
+            with suppress(ScenarioError):  # it is in the plan already, as with a joint that has parted
+                self._plan = self._plan.ordered(settings, self._frame.index)
+            self._scenario = self._plan.scenario_at(self._frame.index)
+
+    def _show(self, frame: Frame) -> None:
+        began = wall_clock.perf_counter()
+        self._sender.show(state_of(self._assembly, self._scenario, frame) | self._clock())
+        self._sent = wall_clock.perf_counter()
+        self.seconds += self._sent - began
+
+    def _clock(self) -> dict[str, Any]:
+        factor = None
+        if len(self._marks) > 1 and self._marks[-1][0] > self._marks[0][0]:
+            (first_wall, first), (last_wall, last) = self._marks[0], self._marks[-1]
+            factor = (last - first) / (last_wall - first_wall)
+        pace = self._pace.pace
+        return {
+            "paused": self._is_paused,
+            "pace": None if pace == float("inf") else pace,
+            "real_time_factor": factor,
+            "lag": self._pace.lag,
+            "set_back": self._pace.set_back,
+        }
+
+
+def _mark(event: Event) -> str | None:
+    """Return the name of the mark that an event sets; None for another event."""
+    is_mark = event.source == INSTRUCTOR and event.text.startswith(MARKS)
+    return event.text.removeprefix(MARKS) if is_mark else None
+
 
 FLUSH = 5.0  # [s] for the last messages to a console
 
@@ -80,8 +265,7 @@ def _end_with_console() -> None:
 def _run(errand: Errand, sender: LatestSender) -> int:
     """Run the errand; return the exit code."""
     from recordings.sink.live import LiveView
-    from scenarios.conduct.console_feed import ConsoleFeed
-    from scenarios.running.assembly import Assembly
+    from scenarios.conduct.conducted_run import ConsoleFeed
     from scenarios.running.checkpoints import find_restart
     from scenarios.running.pace import Pace
     from scenarios.running.plan import Plan

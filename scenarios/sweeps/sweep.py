@@ -1,4 +1,7 @@
-"""A sweep runs a scenario once for every combination of some entries' values, and compares the results."""
+"""A sweep runs a scenario once for every combination of some entries' values, and compares the results.
+
+The runs of a sweep on a Dask cluster: each a task, so that a bad run or a lost worker does not stop the rest.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +10,45 @@ import time as wall_clock
 from collections.abc import Sequence
 from pathlib import Path
 
+from distributed import Client, as_completed
 from rich.console import Console
 
 from recordings.files.writing import RecordingError
 from scenarios.running.run import RunOptions, run_scenario
-from scenarios.sweeps.at_once import run_at_once
+from scenarios.sweeps.at_once import Results, run_at_once
+from scenarios.sweeps.remote_run import run_elsewhere
 from scenarios.sweeps.results import Outcome, differing, table, write_parquet, write_table
 from scenarios.sweeps.variants import Variant
 from scenarios.text.problems import DONE, FAILED, Problem, ScenarioError
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import clock
+
+TIMEOUT = 20  # [s] to reach a scheduler; technical
+
+
+def run_on_cluster(waiting: Sequence[Variant], folder: Path, address: str, console: Console) -> int:
+    """Run these variants on the cluster whose scheduler is at `address`, and write each summary into `folder` as it comes.
+
+    A task whose worker is lost is given to another one, as often as the scheduler allows. Returns `DONE`, or `FAILED` if a run failed.
+    Raises ScenarioError if the scheduler cannot be reached.
+    """
+    results = Results(folder, len(waiting), console)
+    with _client(address) as client:
+        futures = {
+            client.submit(run_elsewhere, variant.plan.as_data(), key=f"oilsim-{variant.name}", pure=False): variant
+            for variant in waiting
+        }
+        codes = [results.take(futures[future], future.exception, future.result) for future in as_completed(futures)]
+    return max(codes, default=DONE)
+
+
+def _client(address: str) -> Client:
+    try:
+        return Client(address, timeout=TIMEOUT)
+    except (OSError, ValueError, TimeoutError) as error:
+        text = f"is {address!r}, which does not answer: {error}; allowed: the address of a Dask scheduler, as tcp://host:8786"
+        raise ScenarioError([Problem("--scheduler", text)], "oilsim") from error
+
 
 MOST_SHOWN = 6  # [1] runs of a table in a terminal; layout; more columns have no room for their numbers
 
@@ -46,7 +78,7 @@ def run_sweep(
     if not waiting:
         code = DONE
     elif scheduler is not None:
-        from scenarios.sweeps.cluster import run_on_cluster  # distributed is needed by few
+        from scenarios.sweeps.sweep import run_on_cluster  # distributed is needed by few
 
         code = run_on_cluster(waiting, folder, scheduler, console)
     elif workers > 1:

@@ -73,7 +73,7 @@ def phase_of(slick: SlickParticipant, oil: int, sea: Sea, time: float) -> PhaseF
 
 def film_thickness(parcels: Parcels, rows: Rows) -> NDArray[np.float64]:
     """Return the thickness (M,) [m] of the oil at parcels of rows (M,), no less than oil of their volume would have by itself at last."""
-    from oilsim.slick.fay import final_thickness
+    from oilsim.slick.gradient_flow import final_thickness
 
     return np.maximum(parcels.thickness[rows], final_thickness(parcels.volume[rows]))
 

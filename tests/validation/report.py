@@ -18,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from coupling.testkit.fits import order_of_convergence
+from coupling.testkit.body_checks import order_of_convergence
 from tests.validation.case import Case, Outcome, Panel, Quantity, Trace
 
 COLORS = ("#9ecae1", "#4292c6", "#08306b")  # coarse, middle, reference

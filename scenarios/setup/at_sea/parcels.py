@@ -19,7 +19,7 @@ from coupling.participants.plan_barriers import Beach, BoomBodies, ReelMouth
 from coupling.participants.slick import CarryingSea, SlickParticipant
 from oilsim.sea import Sea
 from oilsim.slick.barriers import Barrier, Boom, Outline
-from oilsim.slick.fay import joined_radius
+from oilsim.slick.gradient_flow import joined_radius
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from oilsim.slick import fay
+from oilsim.slick import gradient_flow
 
 VOLUME, DENSITY, TENSION = 20.0, 875.0, 0.01
 WATER, VISCOSITY = 1027.0, 1.05e-6
@@ -17,9 +17,9 @@ BUOYANCY = 1.0 - DENSITY / WATER
 def test_radii_of_20_m3(time, expected):
     """20 m3 of 875 kg/m3, sigma 0.01 N/m, water of 1027 kg/m3 and 1.05e-6 m2/s: the formulas by hand, to three digits."""
     radii = (
-        fay.gravity_inertia_radius(time, VOLUME, BUOYANCY),
-        fay.gravity_viscous_radius(time, VOLUME, BUOYANCY, VISCOSITY),
-        fay.surface_tension_radius(time, TENSION, WATER, VISCOSITY),
+        gradient_flow.gravity_inertia_radius(time, VOLUME, BUOYANCY),
+        gradient_flow.gravity_viscous_radius(time, VOLUME, BUOYANCY, VISCOSITY),
+        gradient_flow.surface_tension_radius(time, TENSION, WATER, VISCOSITY),
     )
     assert radii == pytest.approx(expected, abs=0.06)
 
@@ -31,28 +31,28 @@ def spread_from(start: float, end: float, radius: float, volume: float, buoyancy
     for _ in range(steps):
         step = time * (factor - 1.0)
         arguments = (volume, buoyancy, tension, WATER, VISCOSITY)
-        half = radius + 0.5 * step * fay.spreading_rate(radius, time, *arguments) / radius
-        radius += step * fay.spreading_rate(half, time + 0.5 * step, *arguments) / half
+        half = radius + 0.5 * step * gradient_flow.spreading_rate(radius, time, *arguments) / radius
+        radius += step * gradient_flow.spreading_rate(half, time + 0.5 * step, *arguments) / half
         time += step
     return radius
 
 
 def test_speed_of_gravity_and_inertia():
-    start = fay.gravity_inertia_radius(1.0, 1e4, BUOYANCY)
+    start = gradient_flow.gravity_inertia_radius(1.0, 1e4, BUOYANCY)
     end = spread_from(1.0, 60.0, start, 1e4, BUOYANCY, 0.0)
-    assert end == pytest.approx(fay.gravity_inertia_radius(60.0, 1e4, BUOYANCY), rel=1e-6)
+    assert end == pytest.approx(gradient_flow.gravity_inertia_radius(60.0, 1e4, BUOYANCY), rel=1e-6)
 
 
 def test_speed_of_gravity_and_viscosity():
-    start = fay.gravity_viscous_radius(600.0, 5.0, BUOYANCY, VISCOSITY)
+    start = gradient_flow.gravity_viscous_radius(600.0, 5.0, BUOYANCY, VISCOSITY)
     end = spread_from(600.0, 6000.0, start, 5.0, BUOYANCY, 0.0)
-    assert end == pytest.approx(fay.gravity_viscous_radius(6000.0, 5.0, BUOYANCY, VISCOSITY), rel=1e-6)
+    assert end == pytest.approx(gradient_flow.gravity_viscous_radius(6000.0, 5.0, BUOYANCY, VISCOSITY), rel=1e-6)
 
 
 def test_speed_of_surface_tension():
-    start = fay.surface_tension_radius(1800.0, TENSION, WATER, VISCOSITY)
+    start = gradient_flow.surface_tension_radius(1800.0, TENSION, WATER, VISCOSITY)
     end = spread_from(1800.0, 7200.0, start, 1.0, 1e-6, TENSION)
-    assert end == pytest.approx(fay.surface_tension_radius(7200.0, TENSION, WATER, VISCOSITY), rel=1e-6)
+    assert end == pytest.approx(gradient_flow.surface_tension_radius(7200.0, TENSION, WATER, VISCOSITY), rel=1e-6)
 
 
 def crossing_of(one, other) -> float:
@@ -71,9 +71,9 @@ def test_joins():
     T = t^(3/2) in its units obey dy/dT = max(1 / (3 y^2), 1), so y(1) = 1 + (1 - 1/3) 3^(-1/2).
     """
     laws = [
-        lambda t: fay.gravity_inertia_radius(t, VOLUME, BUOYANCY),
-        lambda t: fay.gravity_viscous_radius(t, VOLUME, BUOYANCY, VISCOSITY),
-        lambda t: fay.surface_tension_radius(t, TENSION, WATER, VISCOSITY),
+        lambda t: gradient_flow.gravity_inertia_radius(t, VOLUME, BUOYANCY),
+        lambda t: gradient_flow.gravity_viscous_radius(t, VOLUME, BUOYANCY, VISCOSITY),
+        lambda t: gradient_flow.surface_tension_radius(t, TENSION, WATER, VISCOSITY),
     ]
     first, second = crossing_of(laws[0], laws[1]), crossing_of(laws[1], laws[2])
     radius = spread_from(1.0, first, laws[0](1.0), VOLUME, BUOYANCY, TENSION)
@@ -81,12 +81,12 @@ def test_joins():
     radius = spread_from(first, second, radius, VOLUME, BUOYANCY, TENSION)
     assert radius / laws[1](second) == pytest.approx(math.sqrt(1.0 + (2.0 / 3.0) / math.sqrt(3.0)), rel=5e-3)
     for time in (first, second):
-        joined = fay.joined_radius(time, VOLUME, BUOYANCY, TENSION, WATER, VISCOSITY)
+        joined = gradient_flow.joined_radius(time, VOLUME, BUOYANCY, TENSION, WATER, VISCOSITY)
         assert joined == pytest.approx(sorted(law(time) for law in laws)[1], rel=1e-6)
 
 
 def test_film_ends_at_its_final_area():
     """1 m3 ends at 1e5 m2."""
     edge = math.sqrt(1e5 / math.pi)
-    assert fay.spreading_rate(1.001 * edge, 1e5, 1.0, BUOYANCY, TENSION, WATER, VISCOSITY) == 0.0
-    assert fay.spreading_rate(0.999 * edge, 1e5, 1.0, BUOYANCY, TENSION, WATER, VISCOSITY) > 0.0
+    assert gradient_flow.spreading_rate(1.001 * edge, 1e5, 1.0, BUOYANCY, TENSION, WATER, VISCOSITY) == 0.0
+    assert gradient_flow.spreading_rate(0.999 * edge, 1e5, 1.0, BUOYANCY, TENSION, WATER, VISCOSITY) > 0.0

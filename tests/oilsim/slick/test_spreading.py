@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from oilsim.slick import fay
+from oilsim.slick import gradient_flow
 from oilsim.slick.gradient_flow import PER_CELL, Liquids, _measure, cell_size
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
@@ -36,12 +36,12 @@ def spread_slick(law, start: float, end: float, steps: int, volume: float, densi
 
 
 CASES = {
-    "gravity-inertia": (lambda t: fay.gravity_inertia_radius(t, 1e4, 1 - 875 / WATER), 10.0, 60.0, 1e4, 875.0, 0.0),
+    "gravity-inertia": (lambda t: gradient_flow.gravity_inertia_radius(t, 1e4, 1 - 875 / WATER), 10.0, 60.0, 1e4, 875.0, 0.0),
     "gravity-viscous": (
-        lambda t: fay.gravity_viscous_radius(t, 5.0, 1 - 875 / WATER, VISCOSITY), 600.0, 3600.0, 5.0, 875.0, 0.0,
+        lambda t: gradient_flow.gravity_viscous_radius(t, 5.0, 1 - 875 / WATER, VISCOSITY), 600.0, 3600.0, 5.0, 875.0, 0.0,
     ),
     "surface tension": (
-        lambda t: fay.surface_tension_radius(t, 0.01, WATER, VISCOSITY), 1800.0, 5400.0, 1.0, 1024.9, 0.01,
+        lambda t: gradient_flow.surface_tension_radius(t, 0.01, WATER, VISCOSITY), 1800.0, 5400.0, 1.0, 1024.9, 0.01,
     ),
 }  # fmt: skip
 

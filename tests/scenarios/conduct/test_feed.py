@@ -9,7 +9,7 @@ from multiprocessing import Pipe
 from typing import Any
 
 from scenarios.bench.scenario_run import ScenarioRun
-from scenarios.conduct.console_feed import ConsoleFeed, LatestSender
+from scenarios.conduct.conducted_run import ConsoleFeed, LatestSender
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan
 from scenarios.spec.load import scenario_from

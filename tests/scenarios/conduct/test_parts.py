@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from oilsim.oil.fates import Fate
 from scenarios.conduct.access import MOST_FAILURES, Access, Role
 from scenarios.conduct.commands import LONGEST, read_command, read_message
-from scenarios.conduct.console_feed import LatestSender
+from scenarios.conduct.conducted_run import LatestSender
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
 from scenarios.conduct.places import Places
 from scenarios.conduct.server import other_origin, policy

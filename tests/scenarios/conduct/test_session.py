@@ -11,8 +11,7 @@ import pytest
 
 from scenarios.conduct.access import Role
 from scenarios.conduct.commands import Command
-from scenarios.conduct.conducted_run import Errand
-from scenarios.conduct.console_feed import BETWEEN
+from scenarios.conduct.conducted_run import BETWEEN, Errand
 from scenarios.conduct.server import running
 from scenarios.conduct.session import Session
 from scenarios.text.problems import ScenarioError

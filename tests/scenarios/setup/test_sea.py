@@ -17,9 +17,8 @@ from oilsim.sea import JonswapWaves, RegularWaves, Sea
 from scenarios.cli import main
 from scenarios.running.exercise_fmu import SCENARIO_FILE, exercise_content
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.at_sea.calendars import seconds_of
 from scenarios.setup.at_sea.flow_columns import FlowFileError
-from scenarios.setup.at_sea.flow_files import read_flow
+from scenarios.setup.at_sea.flow_files import read_flow, seconds_of
 from scenarios.setup.layout import lay_out
 from scenarios.spec.load import load_scenario
 from scenarios.spec.resolve import resolve

@@ -54,6 +54,6 @@ def test_a_lost_worker_does_not_stop_the_rest(tmp_path: Path, capsys: pytest.Cap
 def test_a_scheduler_that_does_not_answer_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scenarios.sweeps.cluster.TIMEOUT", 0.2)
+    monkeypatch.setattr("scenarios.sweeps.sweep.TIMEOUT", 0.2)
     assert main([*ASKED, "--scheduler", "tcp://127.0.0.1:1", "--to", str(tmp_path)]) == 2
     assert "--scheduler is 'tcp://127.0.0.1:1', which does not answer" in capsys.readouterr().err

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.testkit.fits import DampedCosine, fit_damped_cosine
+from coupling.testkit.body_checks import DampedCosine, fit_damped_cosine
 from oilsim import Fluid
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.measure import mode_amplitude

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 from scipy.special import ive, kve
 
-from coupling.testkit.fits import fit_damped_cosine
+from coupling.testkit.body_checks import fit_damped_cosine
 from oilsim import Fluid, FluidConfig, Phase
 from tests.validation.case import Bench, Trace, trace
 from tests.validation.scenes import position, velocity
