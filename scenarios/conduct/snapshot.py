@@ -37,8 +37,8 @@ def oil_spots(assembly: Assembly, frame: Frame) -> Spots:
 
     The frame must be that of the communication point at which the run is now.
     """
-    if assembly.slick is not None:
-        return spots_of_slick(assembly.slick.slick)
+    for one in assembly.slicks:
+        return spots_of_slick(one.slick)
     fluid = assembly.fluid
     oils = [phase for name, phase in frame.phases.items() if name in assembly.description.oils]
     if not oils:

@@ -64,8 +64,8 @@ class Assembly:
     readings: of all liquid, where there are several windows, of which the first is `fluid`; coupled: names of the bodies that exchange
     motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part; controls: bring parts to what orders
     and signals ask for; accounts: scores and sums, advanced by the master; remarks: what a run falls short of; parts: what signals read
-    and drive; exchange, ledger: how bodies meet the fluid, and the accounts of it; slick: the oil of a run without particles, None of
-    another; skimmers: what takes it off the water; fmus: those that take part; solids: all bodies as placed at the start; level: of the
+    and drive; exchange, ledger: how bodies meet the fluid, and the accounts of it; slicks: the oil that is parcels; skimmers: what takes
+    it off the water; fmus: those that take part; solids: all bodies as placed at the start; level: of the
     still water [m]; faults: what fails on purpose.
     """
 
@@ -90,7 +90,7 @@ class Assembly:
     frame_source: FrameSource
     exchange: BodyExchange
     ledger: ExchangeLedger
-    slick: SlickParticipant | None
+    slicks: tuple[SlickParticipant, ...]
     skimmers: tuple[SkimmingParticipant, ...]
     fmus: tuple[Fmu, ...]
     faults: FaultPlan | None
@@ -158,16 +158,15 @@ def build(
     bodies, world = simulators.bodies, simulators.world
     scoring = Scoring(spec, simulators)
     helms = _helms(simulators)
-    strength = BoomStrength(spec.booms, world, simulators.fleet, scoring, simulators.slick)
+    strength = BoomStrength(spec.booms, world, simulators.fleet, scoring, simulators.slicks)
     controls = RunControls(spec, simulators, helms, strength, scoring)
     blown = _wind_on_bodies(simulators)
     accounts = _accounts(simulators, scoring)
-    slicks = () if simulators.slick is None else (simulators.slick,)
     parts = _parts(simulators, controls, helms, scoring)
     orders, readings = _boards(scenario, parts)
     blowing = [blown] if blown else []
     participants = (
-        *fmus, *orders, *helms.values(), *blowing, *bodies.participants, *slicks, *simulators.skimmers, *readings,
+        *fmus, *orders, *helms.values(), *blowing, *bodies.participants, *simulators.slicks, *simulators.skimmers, *readings,
     )  # fmt: skip
     return Assembly(
         scenario=spec,
@@ -191,7 +190,7 @@ def build(
         frame_source=FrameReader(simulators, accounts, fmus),
         exchange=bodies.exchange,
         ledger=bodies.ledger,
-        slick=simulators.slick,
+        slicks=simulators.slicks,
         skimmers=simulators.skimmers,
         fmus=fmus,
         faults=faults,
@@ -307,12 +306,15 @@ def _connections(
 
 def _slick_connections(simulators: Simulators) -> tuple[Connection, ...]:
     """Connect slick and skimmers with the motion of their bodies; none without a slick, whose code is imported only if there is one."""
-    if simulators.slick is None:
+    if not simulators.slicks:
         return ()
     from scenarios.setup.at_sea.parcels import slick_connections
     from scenarios.setup.at_sea.skimmers import skimmer_connections
 
-    return (*slick_connections(simulators.slick), *skimmer_connections(simulators.skimmers))
+    return (
+        *(link for slick in simulators.slicks for link in slick_connections(slick)),
+        *skimmer_connections(simulators.skimmers),
+    )
 
 
 def _links(participant: str, own: str, body: str) -> list[Connection]:

@@ -279,20 +279,20 @@ class RunControls:
 
     def _new_sources(self, liquid: LiquidSpec, left_out: Sequence[str]) -> Sequence[SpillSource]:
         """Create the sources of oil that the slick does not have yet; none in a run without parcels."""
-        if self._simulators.slick is None:
-            return []
-        from scenarios.setup.at_sea.parcels import new_sources  # only a run with parcels pays for its kernels
+        for slick in self._simulators.slicks:
+            from scenarios.setup.at_sea.parcels import new_sources  # only a run with parcels pays for its kernels
 
-        return new_sources(self._simulators.slick, liquid, left_out)
+            return new_sources(slick, liquid, left_out)
+        return []
 
     def _pour(self, liquid: LiquidSpec, pipes: Sequence[PipeEmitter], sources: Sequence[SpillSource]) -> None:
         """Add pipes and sources, and let all of them pour as ordered."""
-        fluid, slick = self._simulators.fluid, self._simulators.slick
+        fluid = self._simulators.fluid
         for pipe in pipes:
             fluid.add_emitter(pipe)
         for emitter, settings in zip(fluid.emitters, liquid.emitters.values(), strict=True):
             emitter.speed = settings.speed
-        if slick is not None:
+        for slick in self._simulators.slicks:
             from scenarios.setup.at_sea.parcels import rate_of
 
             slick.sources += sources

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,7 +45,7 @@ class Simulators:
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, in words; sea: as it is now;
     facts: what comes of windows' resolution, in words;
-    slick: the oil of a run without particles, None without any; skimmers: what takes it off the water; windows: the boxes of particles of a
+    slicks: the oil that is parcels, one slick or none; skimmers: what takes it off the water; windows: the boxes of particles of a
     run at sea, of which the first has `fluid`; none in other runs.
     """
 
@@ -62,7 +63,7 @@ class Simulators:
     thin: Mapping[str, str]
     notes: tuple[str, ...]
     facts: tuple[str, ...] = ()
-    slick: SlickParticipant | None = None
+    slicks: tuple[SlickParticipant, ...] = ()
     skimmers: tuple[SkimmingParticipant, ...] = ()
     windows: tuple[Window, ...] = ()
 
@@ -94,9 +95,9 @@ def build_simulators(spec: RunSpec) -> Simulators:
     wetted = [solid for solid in solids if solid.wetted and liquid.in_tank]
     samplings = sampled(wetted, liquid.spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
-    slick = _slick(spec, layout)
-    skimmers = _skimmers(spec.skimmers, layout, slick)
-    requested = None if liquid.in_tank else _asked(layout, slick, skimmers)
+    slicks = _slicks(spec, layout)
+    skimmers = _skimmers(spec.skimmers, layout, slicks)
+    requested = None if liquid.in_tank else _asked(layout, slicks, skimmers)
     thin: Mapping[str, str] = {}
     if liquid.in_tank:
         around = waterside_of(spec, layout.waters.level)
@@ -109,7 +110,7 @@ def build_simulators(spec: RunSpec) -> Simulators:
         coupled=coupled,
         fluid=fluid,
         tank=tank,
-        sea=_sea(liquid, layout, fluid, slick),
+        sea=_sea(liquid, layout, fluid, slicks),
         bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world, requested=requested),
         world=layout.world,
         left_out=layout.left_out,
@@ -120,7 +121,7 @@ def build_simulators(spec: RunSpec) -> Simulators:
             *air_remarks(liquid, layout.positions, has_bodies=bool(spec.bodies)),
             *interface_remarks(liquid, layout.positions),
         ),
-        slick=slick,
+        slicks=slicks,
         skimmers=skimmers,
     )
 
@@ -139,10 +140,10 @@ def _with_windows(spec: RunSpec, layout: Layout) -> Simulators:
     windows = build_windows(spec.window, spec.liquid, spec.run.threads, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
     targets = {name: target_of(table.target, layout.fleet) for name, table in spec.window.items()}
-    slick = _slick(spec, layout)
-    if slick is not None:
+    slicks = _slicks(spec, layout)
+    for slick in slicks:
         exchange_oil(windows, slick, [name for name, phase in spec.phases.items() if phase.is_oil])
-    bodies = couple_windows(windows, targets, wetted, layout.world, () if slick is None else slick.bodies)
+    bodies = couple_windows(windows, targets, wetted, layout.world, [body for slick in slicks for body in slick.bodies])
     notes, facts = _told(spec, layout, windows)
     return Simulators(
         scenario=spec,
@@ -159,8 +160,8 @@ def _with_windows(spec: RunSpec, layout: Layout) -> Simulators:
         thin={},
         notes=(*notes, *beyond),
         facts=facts,
-        slick=slick,
-        skimmers=_skimmers(spec.skimmers, layout, slick),
+        slicks=slicks,
+        skimmers=_skimmers(spec.skimmers, layout, slicks),
         windows=tuple(windows.values()),
     )
 
@@ -176,17 +177,18 @@ def _told(spec: RunSpec, layout: Layout, windows: Mapping[str, Window]) -> tuple
     return (*mended, *spec.left_out_in_words, *remarks, *booms_in_rims(*borne)), (*facts, *segments_borne(*borne))
 
 
-def _slick(spec: RunSpec, layout: Layout) -> SlickParticipant | None:
-    """Build the oil of a run without particles; None in other runs, and without oil."""
-    if spec.tanks:
-        return None
+def _slicks(spec: RunSpec, layout: Layout) -> tuple[SlickParticipant, ...]:
+    """Build the oil of a run without a tank; none in other runs, and without oil."""
+    if spec.tanks or not any(phase.is_oil for phase in spec.phases.values()):
+        return ()
     from scenarios.setup.at_sea.parcels import build_slick
 
     with problems_of("fill", "cannot become a slick"):
-        return build_slick(spec.liquid, spec.run, spec.booms, layout.sea, layout.fleet.booms, layout.waters.beach)
+        one = build_slick(spec.liquid, spec.run, spec.booms, layout.sea, layout.fleet.booms, layout.waters.beach)
+    return (one,)
 
 
-def _sea(liquid: LiquidSpec, layout: Layout, fluid: Fluid, slick: SlickParticipant | None) -> RunSea:
+def _sea(liquid: LiquidSpec, layout: Layout, fluid: Fluid, slicks: Sequence[SlickParticipant]) -> RunSea:
     """Return the sea of a run, which tells the forcing of a tank, the bodies that it loads, and the slick that it carries."""
     world, tank = layout.world, liquid.domain
     environment = None if world is None else world.environment
@@ -208,31 +210,33 @@ def _sea(liquid: LiquidSpec, layout: Layout, fluid: Fluid, slick: SlickParticipa
             world.change_environment(world.environment.in_sea(now))
 
         sea.tell(load)
-    if slick is not None:
+    for slick in slicks:
         from scenarios.setup.at_sea.parcels import carry_slick  # only a run with parcels pays for its kernels
 
-        sea.tell(lambda now: carry_slick(slick, now, layout.fleet.booms))
+        sea.tell(partial(carry_slick, slick, layout.fleet.booms))
     if liquid.in_tank:
         sea.tell(lambda now: drive(fluid, liquid, now))
     return sea
 
 
-def _asked(layout: Layout, slick: SlickParticipant | None, skimmers: Sequence[SkimmingParticipant]) -> Requested:
+def _asked(layout: Layout, slicks: Sequence[SlickParticipant], skimmers: Sequence[SkimmingParticipant]) -> Requested:
     """Say what helmsmen, slick and skimmers ask of the bodies."""
     carried = [name.removesuffix(".pose") for one in skimmers for name in one.variables if name.endswith(".pose")]
     steered = [body_of(vessel.name) for vessel in layout.fleet.vessels]
-    return Requested(tuple(dict.fromkeys([*steered, *carried])), () if slick is None else slick.bodies)
+    return Requested(
+        tuple(dict.fromkeys([*steered, *carried])), tuple(body for slick in slicks for body in slick.bodies)
+    )
 
 
 def _skimmers(
-    settings_of: Mapping[str, SkimmerSettings], layout: Layout, slick: SlickParticipant | None
+    settings_of: Mapping[str, SkimmerSettings], layout: Layout, slicks: Sequence[SlickParticipant]
 ) -> tuple[SkimmingParticipant, ...]:
     """Build the skimmers, whose code is imported only if there are some."""
     if not settings_of:
         return ()
     from scenarios.setup.at_sea.skimmers import build_skimmers
 
-    return build_skimmers(settings_of, slick, layout.fleet.booms)
+    return build_skimmers(settings_of, slicks, layout.fleet.booms)
 
 
 def _wet(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -50,11 +50,11 @@ class Notice:
 
 
 class Oil(NamedTuple):
-    """The oil of a run: particles at position (N, 3) [m] with ids (N,), or a slick; and what skimmers at the boom recovered of it [m3]."""
+    """The oil of a run: particles at position (N, 3) [m] with ids (N,), or one slick; and what skimmers at the boom took of it [m3]."""
 
     position: Array
     ids: NDArray[np.uint32]
-    slick: SlickParticipant | None = None
+    slicks: Sequence[SlickParticipant] = ()
     recovered: float = 0.0
 
 
@@ -140,8 +140,8 @@ class BoomScore:
 
     def _found(self, time: float, out: BoomState, oil: Oil, level: float, current: Array) -> BoomOil:
         """Return the oil of the boom, of which `out` is afloat, as its carrier tells it; other arguments as of `advance`."""
-        if oil.slick is not None:  # particles of a window are parcels of the slick, and lie in a box of their own
-            return replace(oil_of_boom(oil.slick, self.name), recovered=oil.recovered)
+        for slick in oil.slicks:  # particles of a window are parcels of the slick, and lie in a box of their own
+            return replace(oil_of_boom(slick, self.name), recovered=oil.recovered)
         flow = (float(current[0]), float(current[1]))
         return self.containment.update(time, out, oil.position, oil.ids, water_level=level, current=flow)
 
@@ -172,8 +172,8 @@ class BoomScore:
 
     def _volume_in_area(self, oil: Oil) -> float:
         """Return the volume [m3] of oil in the protected area."""
-        if oil.slick is not None:
-            return volume_within(oil.slick, self._area)
+        for slick in oil.slicks:
+            return volume_within(slick, self._area)
         within = beside(oil.position, self._area, self._period)[:, :2]
         return float((signed_distance(within, self._area)[0] > 0.0).sum()) * self._volume
 

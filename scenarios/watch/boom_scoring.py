@@ -33,7 +33,7 @@ class Scoring:
 
     def __init__(self, scenario: RunSpec, simulators: Simulators) -> None:
         """Prepare ledger and scores."""
-        self._slick, self._skimmers = simulators.slick, simulators.skimmers
+        self._slicks, self._skimmers = simulators.slicks, simulators.skimmers
         named = {skimmer.short_name: skimmer for skimmer in simulators.skimmers}
         self._at_boom = {boom: [named[n] for n in scenario.skimmers_at(boom) if n in named] for boom in scenario.booms}
         world, fleet, level = simulators.world, simulators.fleet, simulators.level
@@ -77,7 +77,7 @@ class Scoring:
         level = self._level + sea.rise(time)
         for boom in self.booms:
             boom.lose(time, self._fluid, world, level)
-        oil = Oil(*self._particles(), slick=self._slick)
+        oil = Oil(*self._particles(), slicks=self._slicks)
         current = np.array([*sea.current([level], time)[0], 0.0])
         for boom in self.booms:
             recovered = sum(float(one.get("oil")) for one in self._at_boom[boom.name])
@@ -85,8 +85,8 @@ class Scoring:
 
     def _rows(self) -> OilRows:
         """Return all oil by its fate, as its carrier tells it."""
-        if self._slick is not None:
-            return self._slick.slick.oil
+        for one in self._slicks:
+            return one.slick.oil
         ids, volume, passage = self._particles()[1], self._fluid.config.rest_volume, self._passage
         entered, left = (sum(count[name] for name in self._oils) for count in (passage.entered, passage.left))
         spilled = self.ledger.begin_with((len(ids) + left - entered) * volume) + entered * volume
@@ -167,7 +167,7 @@ class Scoring:
 
     def _particles(self) -> tuple[Array, NDArray[np.uint32]]:
         """Return positions (N, 3) [m] and ids (N,) of the oil that is particles."""
-        if not self._oils or self._slick is not None:
+        if self._slicks or not self._oils:
             return np.zeros((0, 3)), np.zeros(0, np.uint32)
         positions = [self._fluid.phase_positions(name) for name in self._oils]
         ids = [self._fluid.phase_ids(name) for name in self._oils]

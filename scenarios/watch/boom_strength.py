@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,10 +29,10 @@ class BoomStrength:
         world: RigidBodyWorld | None,
         fleet: Fleet,
         scoring: Scoring,
-        slick: SlickParticipant | None = None,
+        slicks: Sequence[SlickParticipant] = (),
     ) -> None:
-        """Watch the joints between the segments of these booms; oil of the `slick` passes where one parts."""
-        self._world, self._scoring, self._slick = world, scoring, slick
+        """Watch the joints between the segments of these booms; oil of the `slicks` passes where one parts."""
+        self._world, self._scoring, self._slicks = world, scoring, slicks
         self._strengths: dict[str, dict[int, float]] = {}
         for name, settings in booms.items():
             strengths = {number: settings.strength_of(number) for number in range(1, settings.segments)}
@@ -63,8 +63,8 @@ class BoomStrength:
         if self._world is None or joint not in self._world.joint_names:
             return
         self._world.part_joint(joint)
-        if self._slick is not None:
-            self._slick.slick.part(boom, number)
+        for slick in self._slicks:
+            slick.slick.part(boom, number)
         self._scoring.take_parting(boom, number, why)
 
     def save_state(self) -> dict[str, Any]:

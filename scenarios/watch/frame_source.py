@@ -98,8 +98,8 @@ class FrameReader:
         if world is None:
             return None
         places = world.poses([solid.name for solid in simulators.solids])[:, :2]
-        parcels = None if simulators.slick is None else simulators.slick.slick.parcels
-        oil = [] if parcels is None else [parcels.position[parcels.there()]]
+        parcels = [slick.slick.parcels for slick in simulators.slicks]
+        oil = [one.position[one.there()] for one in parcels]
         around = np.concatenate([places, *oil])
         windows = [window for window in simulators.windows if window.settings.dimension == SPATIAL]
         if not windows:
@@ -117,8 +117,8 @@ class FrameReader:
         return tank_surface(places, scenario.fluid.particle_spacing, tank.lower, tank.upper)
 
     def _film(self, surface: SurfaceFrame) -> FilmFrame | None:
-        slick = self._simulators.slick
-        return None if slick is None else self._sea_surface.film(surface, slick.slick)
+        films = (self._sea_surface.film(surface, one.slick) for one in self._simulators.slicks)
+        return next(films, None)
 
     def _middles(self, time: float) -> dict[str, float]:
         """Return the place [m] of each window's middle at `time` [s], by the names of its series."""
@@ -180,11 +180,10 @@ class FrameReader:
         readers: dict[str, Callable[[], PhaseFrame]] = {
             name: partial(self._particles, name, time) for name in simulators.scenario.phases
         }
-        if simulators.slick is not None:
+        for slick in simulators.slicks:
             oils = [name for name, phase in simulators.scenario.phases.items() if phase.is_oil]
             readers |= {
-                name: partial(phase_of, simulators.slick, number, simulators.sea.now, time)
-                for number, name in enumerate(oils)
+                name: partial(phase_of, slick, number, simulators.sea.now, time) for number, name in enumerate(oils)
             }
         return PhasesOnRequest(readers)
 

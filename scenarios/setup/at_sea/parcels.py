@@ -87,10 +87,8 @@ def build_slick(
     sea: Sea,
     booms: Mapping[str, BoomLayout],
     beach: Beach | None,
-) -> SlickParticipant | None:
-    """Build the slick of the oil that is filled in, or may be poured, among booms by their settings; None if no phase is oil."""
-    if not any(phase.is_oil for phase in liquid.phases.values()):
-        return None
+) -> SlickParticipant:
+    """Build the slick of the oil that is filled in, or may be poured, among booms by their settings."""
     spills = {name: spill_of(fill, liquid.domain) for name, fill in liquid.spills.items()}
     bodies = [_boom_bodies(name, layout, settings_of[name]) for name, layout in booms.items()]
     sources = oil_sources(liquid)
@@ -199,7 +197,7 @@ def _oil(phases: Mapping[str, PhaseSettings], name: str) -> Oil:
     )
 
 
-def carry_slick(slick: SlickParticipant, sea: Sea, booms: Mapping[str, BoomLayout]) -> None:
+def carry_slick(slick: SlickParticipant, booms: Mapping[str, BoomLayout], sea: Sea) -> None:
     """Let another sea carry the slick from now on."""
     slick.change_sea(carrying_sea(sea, booms))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import product
 
 import numpy as np
 
@@ -16,13 +17,11 @@ from scenarios.schema.recovery import SkimmerSettings
 
 
 def build_skimmers(
-    settings_of: Mapping[str, SkimmerSettings], slick: SlickParticipant | None, booms: Mapping[str, BoomLayout]
+    settings_of: Mapping[str, SkimmerSettings], slicks: Sequence[SlickParticipant], booms: Mapping[str, BoomLayout]
 ) -> tuple[SkimmingParticipant, ...]:
     """Build skimmers by their settings; none without oil on the water."""
-    if slick is None:
-        return ()
     found = []
-    for name, settings in settings_of.items():
+    for slick, (name, settings) in product(slicks, settings_of.items()):
         body, offset = settings.on, np.array([*settings.place, 0.0])
         if body is not None and body in booms:
             count = len(booms[body].segments)

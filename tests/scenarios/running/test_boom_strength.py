@@ -78,7 +78,7 @@ def test_an_overloaded_connector_fails_and_the_run_goes_on_the_same_after_a_rest
     for run in made:
         assert run.assembly.world.tension(joint_name("main", 10)) == 0.0
         assert joint_name("main", 10) not in run.assembly.world.joint_names
-        assert np.flatnonzero(run.assembly.slick.slick.barriers.parted).tolist() == [9]
+        assert np.flatnonzero(run.assembly.slicks[0].slick.barriers.parted).tolist() == [9]
     told = [event.text for event in made[0].history.events if "has parted at joint 10" in event.text]
     assert len(told) == 1
     assert "its connector has failed" in told[0]
@@ -92,7 +92,7 @@ def test_oil_passes_where_a_scenario_or_an_order_lets_a_boom_part() -> None:
     simulation.run(0.2)
     assembly.controls.order(pulled("booms.main.parted=[4, 6]"))
     simulation.run(0.4)
-    barriers = assembly.slick.slick.barriers
+    barriers = assembly.slicks[0].slick.barriers
     assert np.flatnonzero(barriers.parted).tolist() == [3, 5]
     opened = np.linalg.norm(barriers.start[1:] - barriers.end[:-1], axis=1)
     assert np.flatnonzero(opened).tolist() == [3, 5]

@@ -72,7 +72,7 @@ def test_ordered_wind_carries_the_slick_as_it_loads_the_bodies():
         loaded, sea=replace(loaded.sea, waves=None, wind=replace(loaded.sea.wind, speed=20.0, direction=0.5 * np.pi))
     )
     assembly.controls.order(windy)
-    velocity = assembly.slick.flow.surface_velocity(np.zeros((1, 2)), 0.0)[0]
+    velocity = assembly.slicks[0].flow.surface_velocity(np.zeros((1, 2)), 0.0)[0]
     current = loaded.sea.current.speed
     assert velocity[0] == pytest.approx(-current, abs=0.01)
     assert 0.4 < velocity[1] < 0.8
@@ -158,7 +158,7 @@ def test_pipes_of_oil_become_parcels_also_by_order():
     assembly = build(scenario)
     simulation = assembly.co_simulation()
     simulation.initialize()
-    slick = assembly.slick.slick
+    slick = assembly.slicks[0].slick
     begun = slick.oil.spilled
     simulation.run(2.0)
     assert slick.oil.spilled - begun == pytest.approx(0.04, abs=0.021)

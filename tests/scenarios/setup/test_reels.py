@@ -31,8 +31,7 @@ def test_what_is_wound_on_the_reel_is_neither_scored_nor_in_the_way_of_oil() -> 
     changes += ["fill.spill={shape='cylinder', phase='crude', base=[-30.0, -3.0, -0.05], radius=2.0, height=0.05}"]
     run = ScenarioRun(load_scenario("deploy-from-reel", overrides=changes).scenario)
     run.run(5.0)
-    (score,), slick = run.assembly.scoring.booms, run.assembly.slick
-    assert slick is not None
+    (score,), slick = run.assembly.scoring.booms, run.assembly.slicks[0]
     barriers, series = slick.slick.barriers, score.series()
     assert barriers.is_there.tolist() == [False] * 10 + [True] * 2
     assert barriers.start[10].tolist() == [0.0, 0.0]

@@ -57,7 +57,7 @@ def test_tubes_seal_where_they_lie_and_a_plain_skirt_does_not(boom: str) -> None
     simulation = assembly.co_simulation()
     simulation.initialize()
     simulation.step()
-    found = assembly.slick.slick.barriers.is_sealed[:25]
+    found = assembly.slicks[0].slick.barriers.is_sealed[:25]
     simulation.terminate()
     assert np.flatnonzero(found).tolist() == (list(range(7)) if boom == "shore-seal" else [])
 

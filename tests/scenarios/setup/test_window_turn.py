@@ -92,8 +92,8 @@ def test_the_box_follows_a_vessel_round_a_turn(tmp_path: Path) -> None:
     (tmp_path / "turn.toml").write_text(SCENARIO)
     assembly = build(load_scenario(tmp_path / "turn.toml").scenario)
     simulation, world, participant = assembly.co_simulation(), assembly.world, assembly.fluid_participant
-    assert isinstance(participant, WindowParticipant) and world is not None and assembly.slick is not None
-    window, slick, left, counts, headings = participant.window, assembly.slick.slick, [], [], []
+    assert isinstance(participant, WindowParticipant) and world is not None
+    window, slick, left, counts, headings = participant.window, assembly.slicks[0].slick, [], [], []
     simulation.initialize()
     for _ in range(80):
         time, place = simulation.communication_point.time, world.pose(TUG)[:2].copy()

@@ -26,10 +26,9 @@ def begun(name: str) -> Iterator[tuple[Assembly, CoSimulation, SlickParticipant]
     """Begin a shipped exercise, and end it after the block."""
     assembly = build(load_scenario(name).scenario)
     simulation = assembly.co_simulation()
-    assert assembly.slick is not None
     simulation.initialize()
     try:
-        yield assembly, simulation, assembly.slick
+        yield assembly, simulation, assembly.slicks[0]
     finally:
         simulation.terminate()
 
@@ -93,7 +92,7 @@ def test_particles_of_a_window_are_not_counted_beside_the_parcels_that_they_are(
         within = np.array([[*barriers.start[barriers.rows("main")].mean(axis=0), 0.0]])
         for second, place in enumerate((within, within - [500.0, 0.0, 0.0], within)):
             particle = place, np.zeros(1, np.uint32)
-            boom.advance(1.0 + second, assembly.world, Oil(*particle, slick=slick), 0.0, np.zeros(3))
+            boom.advance(1.0 + second, assembly.world, Oil(*particle, slicks=(slick,)), 0.0, np.zeros(3))
         assert boom.summary()["recontained_m3"] == 0.0
         assert not len(boom.containment.standing().ids)
 
