@@ -13,11 +13,10 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from coupling.bullet.body_lines import BodyLines
 from coupling.bullet.bullet_client import BulletClient
 from coupling.bullet.engine_step import Body, EngineStep
+from coupling.bullet.loaded_bodies import LoadedBodies
 from coupling.multibody.broad_phase import BroadPhase
-from coupling.multibody.constrained_mobility import ConstrainedMobility, Environment, MetEnvironment
 from coupling.multibody.joint_constraints import PointJoint
 from coupling.multibody.prescribed_motion import (
     AT_REST,
@@ -39,7 +38,7 @@ Array = npt.NDArray[np.float64]
 FRICTION = 0.5  # coefficient of contacts, where nothing else is said
 
 
-class RigidBodyWorld(BodyLines):
+class RigidBodyWorld(LoadedBodies):
     """A world of rigid bodies; every quantity is of the centre of mass, in the world frame, in SI units."""
 
     def __init__(
@@ -59,9 +58,8 @@ class RigidBodyWorld(BodyLines):
             raise ValueError(f"rigid bodies: sub_step is {sub_step} s, allowed: above 0")
         if solver_iterations < 1:
             raise ValueError(f"rigid bodies: solver_iterations is {solver_iterations}, allowed: 1 or more")
-        super().__init__()
+        super().__init__(gravity, sub_step)
         self.time = 0.0
-        self._gravity = np.array(gravity, dtype=np.float64)
         self._sub_step = sub_step
         self._ahead = communication_step or sub_step
         self._broad_phase = BroadPhase()
@@ -73,7 +71,6 @@ class RigidBodyWorld(BodyLines):
         self._last_duration = sub_step
         self._client = BulletClient(gravity, solver_iterations)
         self._engine = EngineStep(self._client, self._state, self._gravity)
-        self._mobility = ConstrainedMobility(self._state, self._gravity, sub_step)
 
     @property
     def body_names(self) -> tuple[str, ...]:
@@ -214,49 +211,6 @@ class RigidBodyWorld(BodyLines):
         self._engine.forget()
         self._mobility.forget()
 
-    def set_environment(self, environment: Environment, names: Sequence[str]) -> None:
-        """Let a sea load the named bodies, all of which have been added; ValueError for an unknown body, or one that is not free."""
-        rows = self._rows(names)
-        held = [name for name in names if self._bodies[name].motion != "free"]
-        if held:
-            raise ValueError(
-                f"rigid bodies: the environment loads {held[0]!r}, which is not free, allowed: free bodies"
-            )
-        self._mobility.sea = MetEnvironment(environment, rows, self._state)
-        self._mobility.moved()
-
-    @property
-    def environment(self) -> Environment | None:
-        """The sea that loads bodies; None without one."""
-        return None if self._mobility.sea is None else self._mobility.sea.environment
-
-    @property
-    def loaded_names(self) -> tuple[str, ...]:
-        """Names of the bodies that the sea loads, in its order; empty without one."""
-        rows = () if self._mobility.sea is None else self._mobility.sea.rows
-        by_row = {body.row: name for name, body in self._bodies.items()}
-        return tuple(by_row[row] for row in rows)
-
-    def change_environment(self, environment: Environment) -> None:
-        """Let another sea load the bodies that one loads already, from now on; ValueError without one."""
-        if self._mobility.sea is None:
-            raise ValueError("rigid bodies: no environment can be changed, allowed: after set_environment")
-        self._mobility.sea.environment = environment
-        self._mobility.moved()
-
-    def sea_wrench(self, name: str) -> Array:
-        """Return the wrench (6,) [N, N m] of the environment on a body, mean over the last advance."""
-        return self._state.sea_wrench[self._body(name).row].copy()
-
-    def set_wrench(self, name: str, wrench: Array) -> None:
-        """Set the fluid's wrench (6,) [N, N m] on a body; it acts until it is set again."""
-        self._state.wrench[self._body(name).row] = wrench
-
-    def set_applied_wrench(self, name: str, wrench: Array) -> None:
-        """Set the wrench (6,) [N, N m] of other causes, such as thrust; it acts until it is set again."""
-        self._state.applied_wrench[self._body(name).row] = wrench
-        self._mobility.pushed()
-
     def pose(self, name: str) -> Array:
         """Return position [m] and orientation xyzw (7,)."""
         return self._state.pose[self._body(name).row].copy()
@@ -339,16 +293,14 @@ class RigidBodyWorld(BodyLines):
         impulses = np.zeros(len(self._joints))
         self._engine.touched.clear()
         self.lines.begin(duration, len(self._bodies))
-        if self._mobility.sea is not None:
-            self._mobility.sea.begin()
-        stretches = count if self._mobility.sea is None else math.ceil(count / CHOSEN_FOR)
+        self._mobility.sea.begin()
+        stretches = math.ceil(count / CHOSEN_FOR) if self._mobility.sea.rows else count
         stretch = duration / stretches
         for index in range(stretches):
             self._advance_stretch(begin + index * stretch, stretch, math.ceil(count / stretches), impulses)
         self._tensions = dict(zip(self._joints, (impulses / duration).tolist(), strict=True))
         self._last_duration = duration
-        if self._mobility.sea is not None:
-            self._mobility.sea.end(duration)
+        self._mobility.sea.end(duration)
         self._state.line_wrench = self.lines.end(duration)
         self._state.settle_reaction(momenta_before, duration, self._gravity)
         self._state.line_wrench = self.lines.present_pull(self._state.pose, self._state.twist)
@@ -422,9 +374,8 @@ class RigidBodyWorld(BodyLines):
         forces, joint_wrench = self._mobility.forces(self.time, wrench, sub_step)
         if free:
             handed = wrench + joint_wrench
-            if self._mobility.sea is not None:
-                handed = handed - self._mobility.sea.resisted(handed, self._gravity, sub_step)
-            if self._mobility.sea is None or self._broad_phase.any_near(self._state.pose, self._state.twist, sub_step):
+            handed = handed - self._mobility.sea.resisted(handed, self._gravity, sub_step)
+            if not self._mobility.sea.rows or self._broad_phase.any_near(self._state.pose, self._state.twist, sub_step):
                 self._engine.step(free, prescribed, handed, sub_step)
                 forces = forces + self._client.joint_forces(self._joints.values())
             else:

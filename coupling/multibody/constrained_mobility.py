@@ -39,9 +39,9 @@ class Environment(Protocol):
 
 
 class MetEnvironment:
-    """An environment and the rows of the bodies that it loads, in its order; it keeps `state` up to date."""
+    """An environment and the rows of the bodies that it loads, in its order; it keeps `state` up to date. Without rows it does nothing."""
 
-    def __init__(self, environment: Environment, rows: list[int], state: RigidBodyState) -> None:
+    def __init__(self, environment: Environment | None, rows: list[int], state: RigidBodyState) -> None:
         self.environment, self.rows, self._state = environment, rows, state
         self._loads: BodyLoads | None = None
         self._sub_step = 0.0
@@ -49,8 +49,8 @@ class MetEnvironment:
 
     @property
     def is_met(self) -> bool:
-        """True if the loads at the present instant are known."""
-        return self._loads is not None
+        """True if the loads at the present instant are known, as those on no body are."""
+        return self._loads is not None or not self.rows
 
     def forget(self) -> None:
         """Forget the loads, because bodies moved: the environment is asked again when it is met next."""
@@ -67,7 +67,7 @@ class MetEnvironment:
     def meet(self, time: float, sub_step: float) -> bool:
         """Note the loads at `time` [s] and how the bodies resist over `sub_step` [s]; return whether either is new."""
         state, rows = self._state, self.rows
-        if self._loads is not None and sub_step == self._sub_step:
+        if self.environment is None or not rows or (self._loads is not None and sub_step == self._sub_step):
             return False
         if self._loads is None:
             self._loads = self.environment.loads(time, state.pose[rows], state.twist[rows])
@@ -95,13 +95,13 @@ class ConstrainedMobility:
     """The answer of the bodies in `state`; it is kept until `forget` or `moved` says that something changed.
 
     sub_step [s]: the length of step for which a sea's damping counts where nothing else is said. joints: in the order of their forces.
-    sea: the environment that loads bodies, None without one.
+    sea: the environment that loads bodies.
     """
 
     def __init__(self, state: RigidBodyState, gravity: Array, sub_step: float) -> None:
         self._state, self._gravity, self._sub_step = state, gravity, sub_step
         self.joints: list[PointJoint] = []
-        self.sea: MetEnvironment | None = None
+        self.sea = MetEnvironment(None, [], state)
         self._layout: Joints | None = None
         self._articulation: Articulation | None = None
         self._accelerations: Array | None = None
@@ -119,8 +119,7 @@ class ConstrainedMobility:
     def moved(self) -> None:
         """Forget what depends on where the bodies are."""
         self._articulation = self._accelerations = None
-        if self.sea is not None:
-            self.sea.forget()
+        self.sea.forget()
 
     def placed(self) -> None:
         """Forget the joints' answer, because a body was put into another place; the sea loads the others as before."""
@@ -132,7 +131,7 @@ class ConstrainedMobility:
 
     def meet_sea(self, time: float, sub_step: float | None = None) -> None:
         """Note the loads of the sea at `time` [s], for a sub-step [s]; without one, only if they are not known."""
-        if self.sea is None or (sub_step is None and self.sea.is_met):
+        if sub_step is None and self.sea.is_met:
             return
         if self.sea.meet(time, sub_step or self._sub_step):
             self._articulation = self._accelerations = None

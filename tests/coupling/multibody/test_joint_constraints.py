@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from coupling.multibody.joint_constraints import (
-    Articulation,
-    EnvelopeCholesky,
-    Joints,
-    PointJoint,
-    first_entries,
-    skyline_of,
-)
+from coupling.multibody.joint_constraints import Articulation, Joints, PointJoint
+from coupling.multibody.skyline_cholesky import EnvelopeCholesky, first_entries, skyline_of
 from coupling.solids.bodies import box, mass_properties
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from coupling.solids.surface_sampling import choose_apart, push_apart, random_distance
+from coupling.solids.even_points import choose_apart, push_apart, random_distance
 
 DISTANCE = 0.2
 

@@ -1,4 +1,4 @@
-"""Lines between rigid bodies: elastic lines and mooring legs, which pull on bodies of a world."""
+"""The loads on the bodies of a world: elastic lines and mooring legs that pull on them, a sea, and wrenches of other causes."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.engine_step import Body
+from coupling.multibody.constrained_mobility import ConstrainedMobility, Environment, MetEnvironment
 from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.multibody.lines import ElasticLine, Line, Lines, stiffest
 from coupling.multibody.mooring_leg import MooringLeg
@@ -20,12 +21,15 @@ from coupling.multibody.step_length import SHORTEST
 Array = npt.NDArray[np.float64]
 
 
-class BodyLines:
-    """Bodies by name, their state, and the `lines` between them; `RigidBodyWorld` moves them."""
+class LoadedBodies:
+    """Bodies by name, their state, the `lines` between them and the sea around them; `RigidBodyWorld` moves them."""
 
-    def __init__(self) -> None:
+    def __init__(self, gravity: Vector, sub_step: float) -> None:
+        """Begin without bodies; gravity (3,) [m/s2], sub_step [s] the longest step of the solver."""
+        self._gravity = np.array(gravity, dtype=np.float64)
         self._bodies: dict[str, Body] = {}
         self._state = RigidBodyState()
+        self._mobility = ConstrainedMobility(self._state, self._gravity, sub_step)
         self.lines = Lines()
 
     def add_line(
@@ -116,3 +120,45 @@ class BodyLines:
         """Convert a world point to the body's axes, from its centre of mass."""
         pose = self._state.pose[body.row]
         return Rotation.from_quat(pose[3:]).inv().apply(np.array(point) - pose[:3])
+
+    def set_environment(self, environment: Environment, names: Sequence[str]) -> None:
+        """Let a sea load the named bodies, all of which have been added; ValueError for an unknown body, or one that is not free."""
+        rows = self._rows(names)
+        held = [name for name in names if self._bodies[name].motion != "free"]
+        if held:
+            raise ValueError(
+                f"rigid bodies: the environment loads {held[0]!r}, which is not free, allowed: free bodies"
+            )
+        self._mobility.sea = MetEnvironment(environment, rows, self._state)
+        self._mobility.moved()
+
+    @property
+    def environment(self) -> Environment | None:
+        """The sea that loads bodies; None without one."""
+        return self._mobility.sea.environment
+
+    @property
+    def loaded_names(self) -> tuple[str, ...]:
+        """Names of the bodies that the sea loads, in its order; empty without one."""
+        by_row = {body.row: name for name, body in self._bodies.items()}
+        return tuple(by_row[row] for row in self._mobility.sea.rows)
+
+    def change_environment(self, environment: Environment) -> None:
+        """Let another sea load the bodies that one loads already, from now on; ValueError without one."""
+        if not self._mobility.sea.rows:
+            raise ValueError("rigid bodies: no environment can be changed, allowed: after set_environment")
+        self._mobility.sea.environment = environment
+        self._mobility.moved()
+
+    def sea_wrench(self, name: str) -> Array:
+        """Return the wrench (6,) [N, N m] of the environment on a body, mean over the last advance."""
+        return self._state.sea_wrench[self._body(name).row].copy()
+
+    def set_wrench(self, name: str, wrench: Array) -> None:
+        """Set the fluid's wrench (6,) [N, N m] on a body; it acts until it is set again."""
+        self._state.wrench[self._body(name).row] = wrench
+
+    def set_applied_wrench(self, name: str, wrench: Array) -> None:
+        """Set the wrench (6,) [N, N m] of other causes, such as thrust; it acts until it is set again."""
+        self._state.applied_wrench[self._body(name).row] = wrench
+        self._mobility.pushed()
