@@ -95,10 +95,6 @@ class Plan:
             self._after.pop(next(iter(self._after)))
         return scenario
 
-    def settings_due(self, index: int) -> tuple[str, ...]:
-        """List the orders to give at the communication point `index`."""
-        return tuple(setting for action in self.actions if action.index == index for setting in action.settings)
-
     def changed(self, settings: Sequence[str], index: int) -> Plan:
         """Return the plan with these settings: terms hold for the whole run, orders from the communication point `index`.
 

@@ -20,7 +20,7 @@ from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank, Zone
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.afloat.boom_losses import has_tension, tension_of
-from scenarios.setup.fill_lattice import Lattice, starting_positions, within
+from scenarios.setup.fill_lattice import Lattice, within
 from scenarios.spec.resolve import LiquidSpec
 from scenarios.text.problems import Problem
 
@@ -100,13 +100,6 @@ def _filled(liquid: LiquidSpec, positions: Mapping[str, Array]) -> float:
     room = Lattice(liquid.domain, liquid.spacing, liquid.fluid.dimension).count.tolist()
     whole = room[0] * room[2] * (1 if liquid.fluid.dimension == 2 else room[1])
     return sum(map(len, positions.values())) / whole
-
-
-def fill_positions(liquid: LiquidSpec, solids: Iterable[trimesh.Trimesh] = ()) -> dict[str, Array]:
-    """Return particles (N, 3) [m] by region, none of them inside a solid (meshes in the world frame) or at its surface."""
-    spacing, dimension = liquid.spacing, liquid.fluid.dimension
-    positions = starting_positions(liquid.fill, liquid.domain, spacing, dimension)
-    return clear_of(solids, positions, liquid.domain, spacing)
 
 
 def clear_of(

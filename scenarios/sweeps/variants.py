@@ -24,7 +24,6 @@ from scenarios.text.terminal import terminal
 from scenarios.text.toml import read_toml
 
 Method = Literal["latin-hypercube", "monte-carlo"]
-METHODS: tuple[Method, ...] = ("latin-hypercube", "monte-carlo")
 _RANGE = "key=low:high, for example tow.speed_kn=0.3:0.9"
 _FIGURES = 6  # significant figures of a sampled value
 

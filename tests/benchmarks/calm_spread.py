@@ -27,7 +27,7 @@ from rich.table import Table
 
 from oilsim import AdvanceReport, Fluid
 from oilsim.stages import viscosity
-from scenarios.setup.fluid import build_fluid, fill_positions
+from scenarios.setup.fluid import build_fluid
 from scenarios.setup.layout import lay_out
 from scenarios.spec.load import load_scenario
 from scenarios.spec.resolve import resolve
@@ -166,8 +166,9 @@ def still_water(overrides: Iterable[str] = ()) -> Fluid:
     """The sea of `calm-spread` without its oil, a lattice that fits the tank: at rest."""
     settings = ["fluid.particle_spacing=0.0625", "fill.ocean.inset=0", "fill.ocean.upper=[4, 2, 0.3125]", *overrides]
     scenario = resolve(load_scenario("calm-spread", overrides=settings).scenario)
-    fills = {name: points[:0] if name == "oil" else points for name, points in fill_positions(scenario.liquid).items()}
-    return build_fluid(scenario.liquid, scenario.run, fills, lay_out(scenario).sea)[0]
+    layout = lay_out(scenario)
+    fills = {name: points[:0] if name == "oil" else points for name, points in layout.positions.items()}
+    return build_fluid(scenario.liquid, scenario.run, fills, layout.sea)[0]
 
 
 def skips_table(console: Console, steps: int) -> None:

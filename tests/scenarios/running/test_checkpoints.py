@@ -19,7 +19,7 @@ from recordings.replay.recording import Replay
 from scenarios.cli import main
 from scenarios.running import checkpoints
 from scenarios.running.checkpoints import find_restart
-from scenarios.running.plan import Plan, plan_from
+from scenarios.running.plan import Action, Plan, plan_from
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.verify import verify
 from scenarios.schema.parsing.structuring import as_data
@@ -262,7 +262,7 @@ def test_of_two_orders_of_one_key_the_last_rules_and_one_that_changes_nothing_is
         (("vessels.port.legs=[]",), ("vessels.port.legs=[]",)),
     ):
         changed = plan.changed(settings, 2)
-        assert (changed.scenario, changed.settings_due(2)) == (scenario, told)
+        assert (changed.scenario, changed.actions) == (scenario, (Action(index=2, settings=told),))
         assert changed.scenario_at(2).sea == scenario.sea
     gale = plan.changed(("sea.wind.speed=12",), 1).changed(("sea.wind.speed=12",), 2)
     assert gale.scenario == scenario  # as it began, whatever was ordered since

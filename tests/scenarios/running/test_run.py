@@ -6,6 +6,7 @@ import json
 import math
 import signal
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +24,7 @@ from scenarios.running.summary import SummaryObserver
 from scenarios.schema.bodies import BoxBody, Fixed
 from scenarios.schema.liquid import FluidSettings, PhaseSettings, SlabFill, Tank
 from scenarios.schema.run_settings import BodyProbe, PressureProbe, VelocityProbe, WaveGauge
-from scenarios.setup.fluid import fill_positions
-from scenarios.setup.solids.placed_solids import own_solids
+from scenarios.setup.layout import lay_out
 from scenarios.spec.load import load_scenario, scenario_from
 from scenarios.spec.resolve import resolve
 from scenarios.spec.scenario import RunSettings, Scenario
@@ -177,9 +177,8 @@ def test_body_displaces_the_liquid_it_stands_in() -> None:
     assert 0 < missing * 0.1**3 <= 0.5**2 * 0.3
 
 
-def _start(scenario: Scenario) -> dict[str, np.ndarray]:
-    spec = resolve(scenario)
-    return fill_positions(spec.liquid, [solid.world_mesh() for solid in own_solids(spec.bodies, [])])
+def _start(scenario: Scenario) -> Mapping[str, np.ndarray]:
+    return lay_out(resolve(scenario)).positions
 
 
 def test_failed_run_ends_with_1_and_keeps_recording_and_summary(
