@@ -8,6 +8,8 @@ unexport PYTHONDONTWRITEBYTECODE
 
 # workers begin with halves of the tests, so that each file's fixtures are made, and each room's kernels loaded, by one of them
 PYTEST := $(BIN)/pytest -n 2 --dist worksteal
+# a mark for each state of the kernels' sources, when they have been compiled
+KERNELS := $(NUMBA_CACHE_DIR)/compiled-$(shell grep -rl --include='*.py' njit oilsim coupling booms | sort | xargs cat | sha256sum | cut -c1-16)
 QUICK := $(addprefix tests/,oilsim/density oilsim/gradients oilsim/neighborhood oilsim/pressure oilsim/viscosity oilsim/tension oilsim/sea oilsim/slick booms/losses coupling/master vessels scenarios/test_reference.py docs/test_pages.py test_readme.py)
 
 .PHONY: demo conduct quick test test-all lint docs bench pareto validate half-step stress fuzz mutants paper clean
@@ -21,10 +23,10 @@ conduct: $(READY)  ## conduct an exercise on a page in the browser; EXERCISE=nam
 quick: $(READY)  ## a choice of tests that takes under a minute with kernels compiled: while you work
 	$(PYTEST) -q $(QUICK)
 
-test: lint  ## lint, types, import layers, tests: what CI runs
+test: lint $(KERNELS)  ## lint, types, import layers, tests: what CI runs
 	$(PYTEST)
 
-test-all: lint  ## the same, with the tests that are marked slow
+test-all: lint $(KERNELS)  ## the same, with the tests that are marked slow
 	$(PYTEST) -m 'slow or not slow'
 
 lint: $(READY)
@@ -69,6 +71,11 @@ paper: $(READY)  ## draw the figures of Qiu et al. 2021 again in paper-report/, 
 
 clean:
 	rm -rf .venv build dist site *.egg-info
+
+$(KERNELS): | $(READY)  # those of particles beside those of the sea, before the tests' workers each compile both
+	@mkdir -p $(@D)
+	$(BIN)/python -m tests.regression u-sweep paper-two-layer > /dev/null & $(BIN)/python -m tests.regression harbour-1km j-sweep-skimmer deploy-from-reel > /dev/null; wait
+	@touch $@
 
 $(READY): pyproject.toml
 	@mkdir -p $(NUMBA_CACHE_DIR) && find $(NUMBA_CACHE_DIR) -type f -mtime +30 -delete  # of sources that are gone
