@@ -10,6 +10,10 @@ all bodies together: exact for whole shares, and symmetric between them. Between
 by goes into the free acceleration, with the loads of the last steps, smoothed. The body's own motion goes into the reference coordinates,
 and its load comes back, as `oilsim.window.local_motion` has it.
 
+A wave pushes a body along by the slope of its surface: in the reference coordinates, which lie along it, by the body's lift. A pile whose
+foot is below the window has none. For it the lift of what it displaces in the window, L, is turned all the same, (R - 1) L, and the sea
+is that at the middle of this part.
+
 Where a body comes into the window, water that it displaces is taken out; where it leaves, water is put back. `water_moved` counts both.
 """
 
@@ -65,10 +69,15 @@ HYDROSTATIC = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
 
 @dataclass(frozen=True, eq=False)
 class WindowBody:
-    """A body that may meet a window: its surface as particles, and its mesh, both about the centre of mass [m]."""
+    """A body that may meet a window: its surface as particles, and its mesh, both about the centre of mass [m].
+
+    lift [N] of the water that a pile displaces in the window where no water bears its foot; middle [m] of that part over its centre.
+    """
 
     surface: BoundaryParticles
     mesh: Trimesh
+    lift: float = 0.0
+    middle: float = 0.0
 
 
 class Shares(SavedFields):
@@ -133,6 +142,8 @@ class WindowParticipant(FluidParticipant):
         self.water_moved = {"out": 0, "back": 0}  # particles
         self._bodies, self._target = dict(bodies), target
         self._offsets = np.array([gauss_points(body.surface.position) for body in bodies.values()]).reshape(-1, 4, 3)
+        self._lift, self._middle = np.array([(body.lift, body.middle) for body in bodies.values()]).reshape(-1, 2).T
+        self._offsets[:, :, 2] += self._middle[:, None]
         self._reach = np.linalg.norm(self._offsets, axis=2).max(
             1, initial=0.0
         )  # [m] of those points from the bodies' middles
@@ -305,6 +316,9 @@ class WindowParticipant(FluidParticipant):
             wrench[n] = self.shares.values[n] * (self._last[n] + added[n])
             predicted[n] = self._fluid.boundary_twist(handle)
         wrench = _in_sea(now.turn, wrench)
+        pushed = (now.turn[met, :, 2] - (0.0, 0.0, 1.0)) * (self.shares.values * self._lift)[met, None]
+        wrench[met, :3] += pushed
+        wrench[met, 3:5] += self._middle[met, None] * np.stack([-pushed[:, 1], pushed[:, 0]], axis=1)
         predicted[met] = _in_sea(later.turn[met], predicted[met]) + later.twist[met]
         for n, name in enumerate(self._bodies):
             self._outputs[f"{name}.wrench"], self._outputs[f"{name}.predicted_twist"] = wrench[n], predicted[n]

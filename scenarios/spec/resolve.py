@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 
 from oilsim.core.quantity import quantity_of
 from oilsim.sea import SeaDescription
-from scenarios.schema.bodies import Body
+from scenarios.schema.bodies import Body, Free
 from scenarios.schema.criteria import CriterionSettings
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.fmu_settings import FmuSettings
@@ -172,9 +172,18 @@ class RunSpec:
 
     @property
     def left_out_in_words(self) -> tuple[str, ...]:
-        """A warning about the entries of the file that no part of the run feels; empty where all are felt."""
+        """Warnings about what no part of the run feels, entries of the file and forces that nothing finds; empty where all is felt."""
         told = "without a tank, oil is a slick of parcels, and the sea is formulas, so {} is left out"
-        return (told.format(", ".join(self.left_out)),) if self.left_out else ()
+        unfelt = [
+            f"probes.{name}: without particles formulas load free bodies only, so force and torque on {probe.body!r} are left out"
+            for name, probe in self.probes.items()
+            if isinstance(probe, BodyProbe) and not self.tanks and not self.window and self._is_led(probe.body)
+        ]
+        return (*([told.format(", ".join(self.left_out))] if self.left_out else ()), *unfelt)
+
+    def _is_led(self, body: str) -> bool:
+        """Tell whether a body of the file is fixed, or moves as it is told."""
+        return body in self.bodies and not isinstance(self.bodies[body].motion, Free)
 
     @property
     def coarsest_spacing(self) -> float | None:

@@ -70,6 +70,8 @@ class FrameReader:
         self._windows = tuple(describe_windows(simulators))
         self._sea_surface = SeaSurface()
         scenario = simulators.scenario
+        by_formulas = () if simulators.world is None else simulators.world.loaded_names
+        self._loaded = {*simulators.coupled, *by_formulas}
         self._probes = _probe_readings(
             scenario.probes, simulators.fluid, self._pose_and_wrench, scenario.domain.lower[2]
         )
@@ -210,7 +212,7 @@ class FrameReader:
     def _pose_and_wrench(self, name: str) -> tuple[Array, Array]:
         world = self._simulators.world
         assert world is not None  # a probed body is coupled
-        return world.pose(name), self._simulators.wrench(name)
+        return world.pose(name), self._simulators.wrench(name) if name in self._loaded else np.zeros(0)
 
 
 def _probe_readings(probes: Mapping[str, Probe], fluid: Fluid, body: BodyReading, floor: float) -> Reading:
@@ -237,13 +239,12 @@ def _reading(path: str, probe: Probe, fluid: Fluid, body: BodyReading, floor: fl
 
 
 def _body_components(path: str, pose: Array, wrench: Array) -> dict[str, float]:
-    """Return position [m], roll, pitch and yaw [deg], force [N] and torque [N m]."""
+    """Return position [m], roll, pitch and yaw [deg], force [N] and torque [N m]; `wrench` is empty of a body that nothing loads."""
     angles = Rotation.from_quat(pose[3:]).as_euler("xyz", degrees=True)
     return (
         _components(path, AXES, pose[:3])
         | _components(path, ("roll_deg", "pitch_deg", "yaw_deg"), angles)
-        | _components(path, [f"force_{axis}" for axis in AXES], wrench[:3])
-        | _components(path, [f"torque_{axis}" for axis in AXES], wrench[3:])
+        | _components(path, [f"{what}_{axis}" for what in ("force", "torque") for axis in AXES][: len(wrench)], wrench)
     )
 
 

@@ -16,6 +16,7 @@ from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import FADE, SharedEnvironment, Target, WindowBody, WindowParticipant
 from coupling.participants.windows import WindowsParticipant, overlap
+from coupling.solids.hydrostatics import hydrostatics
 from coupling.solids.signed_distance import SignedDistance
 from oilsim import Phase
 from oilsim.sea import Sea
@@ -92,9 +93,25 @@ def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
         solid.name: WindowBody(
             surface=solid.surface(samplings[id(solid.placed.mesh)]),
             mesh=solid.placed.mesh,
+            **_foot_below(window, solid),
         )
         for solid in met
     }
+
+
+def _foot_below(window: Window, solid: Solid) -> dict[str, float]:
+    """Return lift and middle of a `WindowBody` that is fixed and reaches down to the window's bottom, or below; nothing of others."""
+    level, spacing = window.motion.sea.level, window.settings.spacing
+    bottom, mesh = level - window.settings.depth, solid.world_mesh()
+    if solid.motion != "fixed" or not mesh.bounds[0, 2] < bottom + spacing or not mesh.bounds[1, 2] > bottom:
+        return {}
+    whole = hydrostatics(mesh, level)
+    moment, volume = whole.center_of_buoyancy[2] * whole.displaced_volume, whole.displaced_volume
+    if mesh.bounds[0, 2] < bottom:
+        below = hydrostatics(mesh, bottom)
+        moment, volume = moment - below.center_of_buoyancy[2] * below.displaced_volume, volume - below.displaced_volume
+    weight = window.motion.sea.description.density * window.motion.sea.description.gravity
+    return {"lift": weight * volume, "middle": float(moment / volume - solid.placed.position[2])}
 
 
 def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, oils: Sequence[str]) -> None:
@@ -142,9 +159,23 @@ def require_water(
                     f"{place}: body {body!r} reaches beyond it, so its water flows through that body;"
                     f" {place}.size must hold all of a fixed body, or the window must be clear of it"
                 )
+        told += (
+            f"{place}: body {body!r} reaches to the bottom of it or below; particles give 0.4 to 0.75 of a wave's force on its part in the"
+            " window, less in a deeper one, and nothing gives that on the part below"
+            for body in _down_to_the_bottom(fixed, settings, _middle(table.target, solids), level)
+        )
     if problems:
         raise ScenarioError(problems)
     return tuple(told)
+
+
+def _down_to_the_bottom(fixed: Sequence[Solid], settings: WindowSettings, middle: Array, level: float) -> Iterator[str]:
+    """Yield the fixed bodies in a window around `middle` (2,) [m] whose foot no water of the window bears."""
+    half, bottom = 0.5 * np.array(settings.whole_size), level - settings.depth + settings.spacing
+    for solid in fixed:
+        low, high = solid.world_mesh().bounds
+        if low[2] < bottom < high[2] and (low[:2] < middle + half).all() and (high[:2] > middle - half).all():
+            yield solid.name
 
 
 def _middle(target: str | Point2, solids: Sequence[Solid]) -> Array:

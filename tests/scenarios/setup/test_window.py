@@ -10,7 +10,9 @@ import pytest
 
 from scenarios.running.assembly import Assembly, build
 from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.cost import estimate
 from scenarios.spec.load import load_scenario
+from scenarios.spec.resolve import resolve
 from scenarios.text.problems import ScenarioError
 
 SCENARIO = """
@@ -153,3 +155,54 @@ def test_bad_input_is_refused(tmp_path: Path, override: str, place: str, text: s
         assembled(tmp_path, '"box"', 0.0, 3.6, override)
     assert [problem.path for problem in caught.value.problems] == [place]
     assert text in str(caught.value)
+
+
+def test_no_force_is_read_where_nothing_finds_one(tmp_path: Path) -> None:
+    """Without particles formulas load what moves freely: a fixed body's force is left out, and said so; in a window it is there."""
+    probed = PILE + '[probes.on-pile]\nkind = "body"\nbody = "pile"\n'
+    (tmp_path / "pile.toml").write_text(probed)
+    for fidelity, is_there in (("none", False), ("fine", True)):
+        scenario = load_scenario(tmp_path / "pile.toml", overrides=[f"fidelity={fidelity}"]).scenario
+        told = [text for text in estimate(scenario).told if text.startswith("probes.on-pile: without particles")]
+        assert bool(told) != is_there
+        assembly = build(scenario)
+        simulation = assembly.co_simulation()
+        simulation.initialize()
+        scalars = assembly.frame_source(simulation.communication_point).scalars
+        simulation.terminate("done")
+        assert "probes/on-pile/z" in scalars and ("probes/on-pile/force_x" in scalars) == is_there
+
+
+PILE = """
+fidelity = "fine"
+name = "pile"
+run = {duration = 6.0, communication_step = 0.05, threads = 1}
+fluid = {particle_spacing = 0.25}
+phases.water = {density = 1027.0, dynamic_viscosity = 1.05e-3}
+sea = {depth = 6.0, waves = {height = 0.4, period = 3.0, build_up = 2.0}}
+bodies.pile = {shape = "cylinder", radius = 0.5, height = 8.0, position = [0.0, 0.0, -2.0], motion = "fixed"}
+window = {target = [0.0, 0.0], size = [7.0, 7.0], depth = 2.5}
+"""
+
+
+@pytest.mark.slow
+def test_a_pile_down_to_the_sea_bed_is_pushed_by_waves_and_told(tmp_path: Path) -> None:
+    """Inertia 2 rho pi R^2 a on the 2.5 m in the window (MacCamy and Fuchs 1954, slender): particles give half of it or more."""
+    (tmp_path / "pile.toml").write_text(PILE)
+    scenario = load_scenario(tmp_path / "pile.toml").scenario
+    (told,) = [text for text in estimate(scenario).told if "'pile' reaches to the bottom" in text]
+    assert "nothing gives that on the part below" in told
+    assembly = build(scenario)
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    force = []
+    for _ in range(120):
+        simulation.step()
+        force.append(assembly.frame_source(simulation.communication_point).bodies["pile"].wrench[0])
+    simulation.terminate("done")
+    spec, points = resolve(scenario), np.zeros((20, 3))
+    sea = build_sea(spec.sea_at(0.0), spec.run, spec.site, spec.liquid)
+    points[:, 2] = -2.5 * (np.arange(20) + 0.5) / 20
+    steepest = [sea.acceleration(points, time)[:, 0].mean() for time in np.linspace(3.0, 6.0, 60)]
+    whole = 2.0 * 1027.0 * np.pi * 0.25 * 2.5 * np.ptp(steepest)
+    assert 0.5 < np.ptp(force[60:]) / whole < 1.1
