@@ -73,8 +73,7 @@ def test_trainers_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 @pytest.mark.timeout(600)
 def test_fmu_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = DOCS / "fmus" / "README.md"
-    for file in page.parent.iterdir():
-        shutil.copy(file, tmp_path)
+    shutil.copytree(page.parent, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     follow([[*made_small(call), *(["--until", "0.1"] if call[0] == "run" else [])] for call in commands(page)])
     assert {"tow-winch.fmu", "autopilot.fmu", "squall.fmu", "u-sweep.fmu"} <= {path.name for path in tmp_path.iterdir()}

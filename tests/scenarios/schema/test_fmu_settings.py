@@ -296,8 +296,7 @@ def test_an_fmu_that_runs_once_in_a_process_is_not_run_twice(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     name = "canBeInstantiatedOnlyOncePerProcess"
-    for file in folder.iterdir():
-        shutil.copy(file, tmp_path)
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(tmp_path / "once.fmu", "w") as once:
         for item in whole.namelist():
             once.writestr(item, whole.read(item).replace(f'{name}="false"'.encode(), f'{name}="true"'.encode()))
@@ -313,8 +312,7 @@ def test_an_fmu_that_runs_once_in_a_process_is_not_run_twice(
 
 
 def test_broken_fmu_is_refused_before_anything_is_computed(folder: Path, tmp_path: Path) -> None:
-    for file in folder.iterdir():
-        shutil.copy(file, tmp_path)
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     with zipfile.ZipFile(folder / "tow-winch.fmu") as whole, zipfile.ZipFile(tmp_path / "tow-winch.fmu", "w") as broken:
         for item in whole.namelist():
             broken.writestr(item, b"no program" if item.startswith("binaries") else whole.read(item))
