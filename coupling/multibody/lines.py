@@ -27,7 +27,7 @@ from coupling.master.saved_fields import SavedFields
 from coupling.multibody.mooring_leg import MooringLeg
 from coupling.multibody.rotations import applied, places_of
 from oilsim.backend.jit import njit
-from oilsim.loads.wrenches import add_force_at
+from oilsim.loads.load_model import add_force_at
 
 Array = npt.NDArray[np.float64]
 

@@ -27,7 +27,7 @@ from coupling.multibody.catenary import Pull, distance_under, pull_of, tensions
 from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.multibody.rotations import places_of
 from oilsim.backend.jit import njit
-from oilsim.loads.wrenches import add_force_at
+from oilsim.loads.load_model import add_force_at
 
 Array = npt.NDArray[np.float64]
 

@@ -19,9 +19,8 @@ from numba import njit
 
 from oilsim.backend.jit import FAST, ONE, ZERO, inlined
 from oilsim.backend.simd import LANES, below, gather_four, load, only, root, spread, summed
-from oilsim.gradients.gradient_correction import fill_correction
+from oilsim.gradients.gradient_correction import determinant, fill_correction, inverse
 from oilsim.gradients.relaxation_time import GRADIENT, set_velocity_gradient
-from oilsim.gradients.symmetric_3x3 import determinant, inverse
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 

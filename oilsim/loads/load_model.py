@@ -16,6 +16,8 @@ about k B / 2 = 0.8. The limits are used at every frequency.
 
 The waves that a section sends out take away energy. With A the height of the waves over that of the motion,
 b_33 = rho g^2 A^2 / omega^3, and A = 2 sin(k B / 2) exp(-k T), k = omega^2 / g (Yamamoto, Fujino and Fukasawa 1980).
+
+Wrenches of forces that act beside the centre of mass.
 """
 
 from __future__ import annotations
@@ -28,7 +30,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.backend.jit import njit
 from oilsim.core.physical_constants import GRAVITY
+
+Double = NDArray[np.float64]
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def add_force_at(wrench: Double, arm: Double, force: Double) -> None:
+    """Add `force` (3,) [N] at `arm` (3,) [m] from the centre of mass to a wrench (6,) [N, N m] about it."""
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        wrench[axis] += force[axis]
+        wrench[3 + axis] += arm[after] * force[before] - arm[before] * force[after]
 
 
 def heave_added_mass(density: float, beam: float) -> float:

@@ -43,12 +43,12 @@ from oilsim.loads.load_model import (
     StackedParts,
     StackedSkin,
     StackedStations,
+    add_force_at,
     stacked_parts,
     stacked_skin,
     stacked_stations,
 )
 from oilsim.loads.wetted_volume import add_wetted_volume
-from oilsim.loads.wrenches import add_force_at
 from oilsim.sea import Sea
 
 Array = NDArray[np.float64]

@@ -26,8 +26,7 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST, HALF, ONE, THREE, ZERO, inlined
 from oilsim.backend.simd import LANES, below, load, spread, summed
-from oilsim.gradients.gradient_correction import times_symmetric
-from oilsim.gradients.symmetric_3x3 import inverse, smallest_eigenvalue
+from oilsim.gradients.gradient_correction import inverse, smallest_eigenvalue, times_symmetric
 from oilsim.neighborhood.neighbor_search import rows, separations
 
 Real = NDArray[np.float32]

@@ -36,8 +36,8 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import FAST, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, spread, summed
 from oilsim.boundaries.contacts import add_wrench
+from oilsim.gradients.gradient_correction import determinant, inverse
 from oilsim.gradients.particle_sums import REGULAR, coverage_and_slope
-from oilsim.gradients.symmetric_3x3 import determinant, inverse
 from oilsim.neighborhood.neighbor_search import nearest_images, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 

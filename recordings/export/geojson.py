@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from shapely import MultiPolygon, Polygon, buffer, orient_polygons, points, union_all
 
-from recordings.export import antimeridian
+from recordings.export import geography
 from recordings.export.chosen import fates, oil_frames
 from recordings.export.geography import date_at, longitude_latitude
 from recordings.files.writing import write_whole
@@ -43,10 +43,10 @@ def write_geojson(
             places = frame.position[chosen]
             facts = stamp | {"fate": names[code], "fate_code": code, "volume_m3": float(frame.volume[chosen].sum())}
             if particles:
-                geometry = antimeridian.points(_degrees(site, places))
+                geometry = geography.points(_degrees(site, places))
                 features.append(_feature(geometry, facts | {"kind": "particles"}))
             outlines = slick_outlines(places[:, :2], frame.width[chosen])
-            geometry = antimeridian.polygons([[_degrees(site, ring) for ring in polygon] for polygon in outlines])
+            geometry = geography.polygons([[_degrees(site, ring) for ring in polygon] for polygon in outlines])
             features.append(_feature(geometry, facts | {"kind": "slick"}))
     collection = {"type": "FeatureCollection", "features": features}
     write_whole(path, json.dumps(collection))
@@ -57,12 +57,12 @@ def _tracks(replay: Replay, site: Site) -> Iterator[dict[str, Any]]:
     """Yield the tracks of the vessels, and the lines of the booms at the last frame."""
     for name, series in replay.bodies.items():
         if body_group(name) == VESSELS and len(series.time) > 1:
-            geometry = antimeridian.line(_degrees(site, series.pose[:, :2]))
+            geometry = geography.line(_degrees(site, series.pose[:, :2]))
             yield _feature(geometry, {"kind": "track", "vessel": name.partition("/")[2]})
     for boom in replay.run.exercise.booms if replay.run.exercise else ():
         places = [replay.bodies[name].pose[-1, :2] for name in boom.segments if name in replay.bodies]
         if len(places) > 1:
-            geometry = antimeridian.line(_degrees(site, np.array(places)))
+            geometry = geography.line(_degrees(site, np.array(places)))
             yield _feature(geometry, {"kind": "boom", "boom": boom.name})
 
 

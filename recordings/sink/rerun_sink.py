@@ -28,11 +28,11 @@ import rerun as rr
 from recordings.files.messages import SUMS, checksums
 from recordings.files.writing import RecordingError
 from recordings.model import appearance, entity_paths
+from recordings.model.appearance import legend
 from recordings.model.exercise import to_json, windows_to_json
 from recordings.model.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
 from recordings.model.sample import Block, Sample, id_ranges
 from recordings.sink.blueprint import Layout, run_blueprint
-from recordings.sink.legend import legend
 from recordings.sink.writers import BodyWriter, BoomNames, SurfaceWriter
 
 APPLICATION = "oilsim"

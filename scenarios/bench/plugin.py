@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from coupling.testkit.watched_world import WatchedWorld
     from scenarios.bench.evidence import TestBench
     from scenarios.bench.fmu_runner import FmuRunner
-    from scenarios.bench.scenario_run import ScenarioRun
-    from scenarios.bench.sea_scene import SeaScene
+    from scenarios.bench.scenario_run import ScenarioRun, SeaScene
 
 RECORD = ("failed", "always", "never")
 LIMITS = "oilsim_limits(seconds=None, particles=None): wall time [s] of all steps but each run's first, and particles, that a test may take"
@@ -93,8 +92,8 @@ def empty_space(oilsim_bench: TestBench) -> Callable[..., Scene]:
 
 @pytest.fixture
 def analytic_sea(oilsim_bench: TestBench) -> Callable[..., SeaScene]:
-    """Return `scenarios.bench.sea_scene.sea_scene`: bodies in a sea of formulas, without particles."""
-    from scenarios.bench.sea_scene import sea_scene
+    """Return `scenarios.bench.scenario_run.sea_scene`: bodies in a sea of formulas, without particles."""
+    from scenarios.bench.scenario_run import sea_scene
 
     return oilsim_bench.making(sea_scene)
 

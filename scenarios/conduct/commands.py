@@ -24,8 +24,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from scenarios.text.json_object import read_object
 from scenarios.text.problems import Problem, ScenarioError
+from scenarios.text.toml import read_object
 
 LONGEST = 16 * 1024  # [bytes] of a message from a page
 MOST_SETTINGS = 50  # [1] in an order

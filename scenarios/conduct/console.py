@@ -17,10 +17,9 @@ import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from recordings.sink.viewer import LOOPBACK, ViewerError, WebViewer, web_viewer
-from scenarios.conduct.access import Access
+from scenarios.conduct.access import Access, Places
 from scenarios.conduct.commands import LONGEST
 from scenarios.conduct.conducted_run import Errand
-from scenarios.conduct.places import Places
 from scenarios.conduct.server import PageServer, running
 from scenarios.conduct.session import Session
 from scenarios.text.terminal import terminal

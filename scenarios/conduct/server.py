@@ -30,9 +30,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from recordings.sink.viewer import WebViewer
-from scenarios.conduct.access import Access, Role
+from scenarios.conduct.access import Access, Places, Role
 from scenarios.conduct.commands import read_command, read_message
-from scenarios.conduct.places import Places
 from scenarios.conduct.session import Session
 from scenarios.text.problems import ScenarioError
 

@@ -24,12 +24,12 @@ from booms.losses.rates import suction_limit
 from booms.scores import LossSpeeds, catenary_parameter, skirt_drag_coefficient, tow_force
 from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
+from recordings.model.appearance import tension_colors
 from recordings.model.exercise import BoomDescription
 from recordings.model.words import cause_in_words, force_in_words, three_figures, volume_in_words
 from recordings.pictures.style import STYLE
 from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
-from recordings.sink.legend import tension_colors
 from scenarios.debrief.accuracy_notes import accuracy_notes
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, oil_diagram, probe_diagram

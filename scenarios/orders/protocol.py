@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from recordings.files.writing import RECORDING_ENDING
-from scenarios.text.json_object import read_object
 from scenarios.text.problems import Problem, ScenarioError
+from scenarios.text.toml import read_object
 
 Kind = Literal["order", "pause", "go-on", "step", "pace", "mark", "end"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

@@ -308,8 +308,7 @@ def _slick_connections(simulators: Simulators) -> tuple[Connection, ...]:
     """Connect slick and skimmers with the motion of their bodies; none without a slick, whose code is imported only if there is one."""
     if not simulators.slicks:
         return ()
-    from scenarios.setup.at_sea.parcels import slick_connections
-    from scenarios.setup.at_sea.skimmers import skimmer_connections
+    from scenarios.setup.at_sea.parcels import skimmer_connections, slick_connections
 
     return (
         *(link for slick in simulators.slicks for link in slick_connections(slick)),

@@ -234,7 +234,7 @@ def _skimmers(
     """Build the skimmers, whose code is imported only if there are some."""
     if not settings_of:
         return ()
-    from scenarios.setup.at_sea.skimmers import build_skimmers
+    from scenarios.setup.at_sea.parcels import build_skimmers
 
     return build_skimmers(settings_of, slicks, layout.fleet.booms)
 

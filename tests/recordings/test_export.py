@@ -23,6 +23,7 @@ from recordings.export.tables import write_tables
 from recordings.export.vtk_files import write_vtk
 from recordings.files.writing import RecordingError
 from recordings.model import palette
+from recordings.model.appearance import legend
 from recordings.model.exercise import Site
 from recordings.model.frame import (
     BodyFrame,
@@ -35,7 +36,6 @@ from recordings.model.frame import (
 )
 from recordings.model.surface import SurfaceFrame
 from recordings.replay.recording import Replay
-from recordings.sink.legend import legend
 from recordings.sink.recorder import Recorder
 
 SITE = Site(latitude=45.0, longitude=5.0, bearing=90.0, start="2026-05-01T10:00:00+02:00")

@@ -14,7 +14,7 @@ from coupling.solids import bodies
 from oilsim.loads.load_model import LoadModel, heave_wave_damping
 from oilsim.loads.morison import FloatingBodies
 from oilsim.sea import RegularWaves
-from scenarios.bench.sea_scene import SeaScene
+from scenarios.bench.scenario_run import SeaScene
 from tests.seas import steady_sea
 from vessels.bluff_body import PRESSING, bluff_body_loads, moments
 

@@ -1,10 +1,14 @@
-"""The oil of a run without particles: a slick of parcels, held and lost by the scenario's booms (`oilsim.slick`, `booms.losses`)."""
+"""The oil of a run without particles: a slick of parcels, held and lost by the scenario's booms (`oilsim.slick`, `booms.losses`).
+
+Skimmers of a run without particles: built on the slick, and connected to the bodies that carry them.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +17,7 @@ from numpy.typing import NDArray
 from booms.boom import Boom as BoomSection
 from booms.deployment import BoomLayout
 from booms.losses.rates import Closures, PooledBoom, SlickLosses
+from booms.recovery.skimming import SkimmingParticipant
 from coupling.bullet.assembly import BODIES
 from coupling.master.connection import Connection
 from coupling.participants.plan_barriers import Beach, BoomBodies, ReelMouth
@@ -23,14 +28,45 @@ from oilsim.slick.gradient_flow import joined_radius
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
-from scenarios.schema.exercise import BoomSettings
+from scenarios.schema.exercise import BoomSettings, body_of, segment_names
 from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, Tank
+from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.afloat.boom_lines import track_off_reel
 from scenarios.setup.afloat.boom_losses import tension_of
 from scenarios.setup.solids.placed_solids import vector
 from scenarios.spec.resolve import LiquidSpec
 from scenarios.text.problems import Problem, ScenarioError
+
+
+def build_skimmers(
+    settings_of: Mapping[str, SkimmerSettings], slicks: Sequence[SlickParticipant], booms: Mapping[str, BoomLayout]
+) -> tuple[SkimmingParticipant, ...]:
+    """Build skimmers by their settings; none without oil on the water."""
+    found = []
+    for slick, (name, settings) in product(slicks, settings_of.items()):
+        body, offset = settings.on, np.array([*settings.place, 0.0])
+        if body is not None and body in booms:
+            count = len(booms[body].segments)
+            body = segment_names(body, count)[count // 2 if settings.segment is None else settings.segment]
+        elif body is not None:
+            body = body_of(body)
+        design = settings.design(slick.slick.settings.water_density)
+        one = SkimmingParticipant(f"skimmers/{name}", design, slick, body=body, offset=offset)
+        one.skimmer.is_running = settings.running
+        found.append(one)
+    return tuple(found)
+
+
+def skimmer_connections(skimmers: tuple[SkimmingParticipant, ...]) -> tuple[Connection, ...]:
+    """List the connections that tell the skimmers where their bodies are."""
+    return tuple(
+        Connection(BODIES, name, skimmer.name, name)
+        for skimmer in skimmers
+        for name in skimmer.variables
+        if name.endswith((".pose", ".twist"))
+    )
+
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from oilsim.gradients.symmetric_3x3 import inverse, smallest_eigenvalue
+from oilsim.gradients.gradient_correction import inverse, smallest_eigenvalue
 
 EPSILON = float(np.finfo(np.float32).eps)
 

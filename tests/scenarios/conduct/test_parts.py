@@ -13,11 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from oilsim.oil.fates import Fate
-from scenarios.conduct.access import MOST_FAILURES, Access, Role
+from scenarios.conduct.access import MOST_FAILURES, Access, Places, Role
 from scenarios.conduct.commands import LONGEST, read_command, read_message
 from scenarios.conduct.conducted_run import LatestSender
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
-from scenarios.conduct.places import Places
 from scenarios.conduct.server import other_origin, policy
 from scenarios.conduct.snapshot import MOST_SPOTS, spots_of_particles
 from scenarios.text.problems import ScenarioError

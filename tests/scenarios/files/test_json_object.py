@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from scenarios.text.json_object import MOST_OPEN, read_object
+from scenarios.text.toml import MOST_OPEN, read_object
 
 
 @pytest.mark.parametrize(
