@@ -207,6 +207,18 @@ def test_a_vessel_passes_its_waypoints_whatever_pulls_at_it_and_stops_at_the_las
     assert np.linalg.norm(sim.velocity) < 0.05
 
 
+@pytest.mark.parametrize(("speed", "acceleration"), [(1.0, 0.05), (0.6, 0.04)])
+def test_a_vessel_begins_to_stop_at_its_stopping_distance(speed, acceleration):
+    """Half its speed squared over its acceleration before the last waypoint, which lies 30 m ahead."""
+    vessel = make_vessel(CourseLeg(start_time=0.0, speed=0.0, heading=0.0))
+    gains = replace(vessel.gains, acceleration=acceleration)
+    sim = PlanarHull(replace(vessel, course=course_through([(0.0, 0.0), (30.0, 0.0)], speed), gains=gains))
+    while float(sim.control.get("tug.speed_order")) != 0.0:
+        sim.run(sim.time + STEP)
+    assert sim.velocity[0] == pytest.approx(speed, rel=0.02)
+    assert 30.0 - sim.position[0] == pytest.approx(0.5 * sim.velocity[0] ** 2 / acceleration, rel=0.01)
+
+
 def test_impossible_orders_are_refused():
     with pytest.raises(ValueError, match="no legs"):
         Course(legs=())

@@ -30,3 +30,15 @@ def test_inverse_mass_is_that_of_body_and_water():
 def test_mass_that_is_not_positive_is_refused():
     with pytest.raises(FloatingPointError, match="not positive definite"):
         two_bodies().resist([0], -10.0 * np.eye(6)[None])
+
+
+def test_reaction_is_the_change_of_momentum_that_known_forces_leave():
+    """A body of 3 kg goes from (2, 0, 0) to (3, 0, 1) m/s in 0.5 s under its weight and 10 N along x; a fixed one reacts with nothing."""
+    state = two_bodies()
+    state.twist[0, :3] = (2.0, 0.0, 0.0)
+    before = state.momenta().copy()
+    state.twist[0, :3] = (3.0, 0.0, 1.0)
+    state.applied_wrench[0, 0] = 10.0
+    state.settle_reaction(before, 0.5, np.array((0.0, 0.0, -9.81)))
+    assert state.reaction[0] == pytest.approx((6.0 - 10.0, 0.0, 6.0 + 3.0 * 9.81, 0.0, 0.0, 0.0))
+    assert not state.reaction[1].any()
