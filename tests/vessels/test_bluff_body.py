@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from coupling.solids import bodies
 from oilsim.loads.load_model import LoadModel, heave_wave_damping
 from oilsim.loads.morison import FloatingBodies
-from oilsim.sea import RegularWaves
+from oilsim.sea import RegularWaves, Sea, SeaDescription
 from scenarios.bench.scenario_run import SeaScene
 from tests.seas import steady_sea
 from vessels.bluff_body import PRESSING, bluff_body_loads, moments
@@ -159,3 +159,20 @@ def test_a_round_buoy_drifts_the_same_in_every_direction(shape):
     """Turned about its axis by 0 to 90 degrees it takes the same way."""
     ways = [drift(shape(), Rotation.identity(), heading)[-1, :2] for heading in (0.0, 0.5, math.pi / 2)]
     assert np.ptp(ways, axis=0).max() < 0.01 * np.linalg.norm(ways[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("edge", "height", "low", "high"), [(0.2, 0.1, 0.85, 1.25), (1.0, 0.5, 0.3, 1.0)])
+def test_a_body_adrift_in_waves_goes_no_faster_and_faster(edge, height, low, high):
+    """Stokes drift a^2 omega k of waves of 0.4 m and 4 s is 16 mm/s at the surface, 14 over half a metre; a body has no more."""
+    waves = RegularWaves(height=0.4, period=4.0, direction=0.0)
+    sea = Sea(SeaDescription(depth=50.0, density=RHO, waves=waves, build_up=4.0))
+    with SeaScene(sea, 0.05) as scene:
+        scene.add_body("b", bodies.box((edge, edge, height)), density=500.0, position=(0, 0, 0))
+        places = []
+        for _ in range(25):
+            scene.run(4.0)
+            places.append(scene.world.pose("b")[0])
+    stokes = 0.2**2 * (2.0 * math.pi / 4.0) ** 3 / G
+    for drift in np.diff(places)[10:] / 4.0:
+        assert low * stokes < drift < high * stokes
