@@ -2,9 +2,7 @@
 
 Its inputs, outputs and parameters keep their names. A number is an array of shape (1,), so that it connects to a joint's tension. The
 elements of an FMI 2 array, named `wrench[1]` to `wrench[6]`, also form one variable `wrench` of shape (6,). An FMI 3 array has its own
-shape, by the structural parameters' start values. Every variable is in its unit of the model description, as in [N]; see
-`coupling.fmu.variables`. Integers, enumerations and booleans are passed as numbers; values to be set must be whole, and 0 or 1 for a
-boolean.
+shape. Variables are in their units of the model description (`coupling.fmu.variables`). Integers, enumerations and booleans are numbers.
 """
 
 from __future__ import annotations
@@ -16,7 +14,7 @@ import tempfile
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import chdir
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import fmpy
@@ -39,11 +37,11 @@ DISCARD_STATUS, FATAL_STATUS = 2, 4  # of FMI 2 and 3
 ROUNDING = 1e-6  # relative, of a step that is the difference of two times
 
 
+@dataclass(eq=False)
 class _Held:
     """A saved state that the FMU itself holds."""
 
-    def __init__(self, handle: object) -> None:
-        self.handle = handle
+    handle: object
 
 
 class FmuParticipant(Participant):

@@ -41,9 +41,8 @@ class Fluid(FluidView):
     """Liquids, walls, and the forcings and pipes that drive them.
 
     Order of use: add particles, boundaries, emitters and forcings (in any order, at any time between advances); before each
-    `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. `FluidView` has all
-    that can be read; `state`, `context`, `clock` and `arrays` are the solver's own. Units SI, world frame z up. TypeError for another
-    `config`.
+    `advance`, `set_boundary_motion` for every body that moves; after it, `boundary_wrench`. `FluidView` has all that can be read;
+    `state`, `context`, `clock` and `arrays` are the solver's own. Units SI, world frame z up. TypeError for another `config`.
     """
 
     def __init__(self, config: FluidConfig, threads: int | None = None) -> None:
@@ -222,10 +221,6 @@ class Fluid(FluidView):
         self.clock.budget = Budget(self.config, self.context.team, self.state, self.context.walls)
         return self.clock.budget
 
-    def unwatch(self) -> None:
-        """Keep no accounts any more."""
-        self.clock.budget = None
-
     # how it advances
 
     def advance(self, duration: float) -> AdvanceReport:
@@ -263,10 +258,6 @@ class Fluid(FluidView):
             self.state.step = passed
             with self.clock.booked():
                 self._end_step()
-
-    def _largest_speed(self) -> float:
-        bodies = self.context.walls.largest_speed(self.config.lower, self.config.upper, self.config.longest_time_step)
-        return max(diagnostics.largest_speed(self.state), bodies)
 
     def _time_step(self) -> float:
         fastest = self._largest_speed()
@@ -315,16 +306,6 @@ class Fluid(FluidView):
             self._remove_outflow()
         self.context.walls.drift(time_step)
         self._unreported.results.append(result)
-
-    @property
-    def _is_void(self) -> bool:
-        """True if there is no liquid, and never will be."""
-        return len(self.state.id) == 0 and not self.emitters
-
-    @property
-    def _driven(self) -> bool:
-        """True if anything but gravity moves the liquid now."""
-        return self._stirred or any(emitter.is_running(self.time) for emitter in self.emitters)
 
     def _emit(self, time_step: float) -> None:
         for emitter in self.emitters:

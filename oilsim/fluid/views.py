@@ -21,6 +21,7 @@ from oilsim.boundaries.walls import MovingBody
 from oilsim.core.config import FluidConfig
 from oilsim.core.state import FluidState
 from oilsim.fluid import checks
+from oilsim.fluid.emitter import PipeEmitter
 from oilsim.neighborhood.smoothing_kernels import kernel
 from oilsim.step.arrays import StepArrays
 from oilsim.step.context import StepContext
@@ -59,7 +60,25 @@ class FluidView:
     state: FluidState
     context: StepContext
     arrays: StepArrays
+    time: float  # [s]
+    emitters: list[PipeEmitter]
     _duration: float  # [s] of the last advance
+    _stirred: bool  # by a forcing
+
+    @property
+    def _is_void(self) -> bool:
+        """True if there is no liquid, and never will be."""
+        return len(self.state.id) == 0 and not self.emitters
+
+    @property
+    def _driven(self) -> bool:
+        """True if anything but gravity moves the liquid now."""
+        return self._stirred or any(emitter.is_running(self.time) for emitter in self.emitters)
+
+    def _largest_speed(self) -> float:
+        """Return the speed [m/s] of the fastest particle or body."""
+        bodies = self.context.walls.largest_speed(self.config.lower, self.config.upper, self.config.longest_time_step)
+        return max(diagnostics.largest_speed(self.state), bodies)
 
     # particles
 

@@ -1,9 +1,7 @@
 """Wrench, added mass and damping of a sea on floating bodies, part by part.
 
 Buoyancy and the pressure of the undisturbed waves (Froude-Krylov): where the water accelerates with a, its pressure has the gradient
-rho (g - a), g pointing down. Over a part that is short against the waves this is uniform, and the surface is a plane across it, through
-the surface at the part's centre:
-
+rho (g - a), g pointing down. Over a part that is short against the waves this is uniform, and the surface is a plane through its centre's:
     F = rho V (a - g),  at the centre of the wetted volume V below that plane, whose normal is that of a - g at the surface.
 
 Inertia (Morison): the water that a part carries along, A = diag(added mass) s in the body's axes, with s = min(1, V / design volume),
@@ -15,8 +13,8 @@ A part that comes down into water takes hold of more of it (von Karman 1929); wh
     F = dA/dt (u - v),  dA/dt = added mass / design volume * S max(0, (u - v) . n),  S the area that the surface cuts out of the part,
                         while V is below the design volume.
 
-Wave damping, F = B s (u - v), takes what the body's own waves carry off.
-Drag by stations, along each of the body's axes by itself (cross-flow principle), with w the wetted share of the station's height:
+Wave damping, F = B s (u - v), takes what the body's own waves carry off. Drag by stations, along each of the body's axes by itself
+(cross-flow principle), with w the wetted share of the station's height:
 
     F_i = rho / 2 C_d A_i w |u_i - v_i| (u_i - v_i),   in air: rho_a / 2 C_d A_i (1 - w) |W_i - v_i| (W_i - v_i).
 

@@ -255,14 +255,6 @@ def test_watching_does_not_change_a_bit(make_fluid, scheme):
         assert np.array_equal(states[0][name], states[1][name]), name
 
 
-def test_no_accounts_are_kept_any_more(make_fluid):
-    fluid = plane_tank(make_fluid, 0.4, 0.5, 0.1)
-    fluid.watch()
-    assert fluid.advance(0.01).budget is not None
-    fluid.unwatch()
-    assert fluid.advance(0.01).budget is None
-
-
 def test_threads_do_not_change_the_accounts(make_fluid):
     ledgers = []
     for threads in (1, 2):
