@@ -145,7 +145,7 @@ class LoadedBodies:
 
     def change_environment(self, environment: Environment) -> None:
         """Let another sea load the bodies that one loads already, from now on; ValueError without one."""
-        if not self._mobility.sea.rows:
+        if self.environment is None:
             raise ValueError("rigid bodies: no environment can be changed, allowed: after set_environment")
         self._mobility.sea.environment = environment
         self._mobility.moved()
