@@ -2,8 +2,9 @@
 
 Oil passes a round mouth of diameter w in the mean time pi w / (4 U). U is the larger of the water's speed past the mouth and
 (g' h)^(1/2), at which oil of thickness h flows towards a mouth that stands still. The mouth takes the share TE of the oil that passes.
-So it takes oil of volume V at the rate V U ln(1 / (1 - TE)) / (pi w / 4), and no more than N RE, with N the nameplate and RE the
-recovery efficiency.
+So it takes oil of volume V at the rate V U ln(1 / (1 - TE)) / (pi w / 4), and no more than N RE min(1, (h / 75 mm)^0.76), with N the
+nameplate and RE the recovery efficiency: in a slick of half an inch weirs, drums and discs recovered less than 26 % of what they did in the
+50 to 75 mm of their best (BSEE 1072; ASTM F2709 tests in 75 to 50 mm).
 
 Planning formulas for skimming systems, after the Response Options Calculator (ROC) of NOAA and Genwest; SI units.
 
@@ -24,11 +25,20 @@ from oilsim.core.quantity import quantity, require
 
 DERATING = 0.2  # [-] of a nameplate, for the effective daily recovery capacity (33 CFR 155 appendix B)
 DAY = 86400.0  # [s]
+# [m] thickness of a slick from which on a skimmer reaches its best rate; measured; BSEE 1072
+BEST_THICKNESS = 0.075
+# [-] power of the thickness by which the rate falls below that; measured; 0.26 at 12.7 mm, BSEE 1072
+THIN_POWER = 0.76
 
 
 def daily_capacity(nameplate: float) -> float:
     """Compute the effective daily recovery capacity [m3 a day] of a nameplate [m3/s]."""
     return nameplate * DAY * DERATING
+
+
+def thin_share(thickness: float) -> float:
+    """Return the share [-] of its best oil rate that a skimmer reaches in a slick of some thickness [m]."""
+    return min(1.0, (thickness / BEST_THICKNESS) ** THIN_POWER)
 
 
 SkimmerKind = Literal["weir", "brush", "disc"]
@@ -128,8 +138,8 @@ class Skimmer(SavedFields):
         reduced = GRAVITY * max(0.0, 1.0 - density / design.water_density)
         passing = max(speed, math.sqrt(reduced * thickness)) / (0.25 * math.pi * design.swath)
         offered = volume * -math.expm1(passing * math.log1p(-design.throughput_efficiency) * duration)
-        pumped = design.nameplate * duration
-        return min(offered, min(pumped, self.room) * design.recovery_efficiency)
+        pumped = min(design.nameplate * duration * thin_share(thickness), self.room)
+        return min(offered, pumped * design.recovery_efficiency)
 
     def take(self, oil: float, time: float, duration: float) -> None:
         """Add `oil` [m3] that was taken in the step that ends at `time` [s], with the free water that comes with it."""

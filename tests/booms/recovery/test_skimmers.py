@@ -55,6 +55,16 @@ def test_a_mouth_that_stands_still_draws_oil_by_gravity() -> None:
     )
 
 
+def test_the_rate_falls_in_a_thin_slick_as_measured() -> None:
+    """BSEE 1072: at best in 50 to 75 mm, below 26 % of that in half an inch; a pump that much oil passes is the limit here."""
+    one = skimmer(nameplate=1e-4, storage=1e6)
+    area = 0.25 * math.pi * 4.0**2
+    best, thin, thinner = (one.wanted(h * area, 900.0, 1.0, 1.0) for h in (0.1, 0.0127, 0.0127 / 4.0))
+    assert best == pytest.approx(1e-4 * one.design.recovery_efficiency)
+    assert thin / best == pytest.approx(0.26, abs=0.005)
+    assert thinner / thin == pytest.approx(0.25**0.76)
+
+
 def test_the_pump_and_then_the_storage_stop_it() -> None:
     one = skimmer()
     assert one.wanted(10.0, 900.0, 0.5, 1.0) == pytest.approx(40.0 / HOUR * 0.5)
