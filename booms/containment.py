@@ -153,7 +153,6 @@ class Containment:
         self._fate[particle], self._cause[particle], self._lost_at[particle] = _Fate.LOST, cause, time
         self._modelled[particle], self._segment[particle], self._was_inside[particle] = True, segment, False
         self._wrapped[particle] = False
-        self._place[particle] = np.nan  # it has changed places: its next way is unknown
 
     def standing(self) -> Standing:
         """Return the standing of the particles that are held or lost, which are few in a sea."""

@@ -248,10 +248,13 @@ class Closures:
         # a thin pool has less of a front than the formula of a long slick gives: share of it that is there
         share = np.where(wet, head_share(speed, held, depth, oil), 0.0)
         thickness = np.where(wet, boom_thickness(speed, held, oil), 0.0)
-        if oil.kinematic_viscosity <= VISCOUS_LIMIT:  # others form no droplets
+        resolved = self.resolution
+        if oil.kinematic_viscosity <= VISCOUS_LIMIT and not (
+            resolved and resolved.entrainment
+        ):  # thicker oils form no droplets
             torn = entrainment_rate(speed, depth, oil) * escaping_share(speed, held, np.full_like(speed, depth), oil)
             result[LossCause.ENTRAINMENT] = share * torn
-        if self.resolution is None or not self.resolution.drainage:
+        if not (resolved and resolved.drainage):
             limit = held_thickness(speed, drivers.draft, oil)
             result[LossCause.DRAINAGE] = share * drainage_rate(speed, thickness, limit, depth, oil)
             result[LossCause.CRITICAL_ACCUMULATION] = share * accumulation_rate(

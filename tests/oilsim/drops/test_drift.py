@@ -37,10 +37,10 @@ def nearest_cells(count: int, dimension: int) -> list[tuple[int, ...]]:
 
 
 def with_clusters(
-    count: int, dimension: int, wide: int, high: int, phases: tuple[Phase, Phase], threads: int = 1
+    count: int, dimension: int, wide: int, high: int, phases: tuple[Phase, Phase], threads: int = 1, gap: int = 0
 ) -> Fluid:
-    """A column of the first phase, `wide` by `high` [d], with clusters of the second, 12 d apart in a plane and 8 d in space."""
-    side, gap = wide * D, 12 if dimension == 2 else 8
+    """A column of the first phase, `wide` by `high` [d], with clusters of the second, `gap` [d] apart: 12 in a plane and 8 in space."""
+    side, gap = wide * D, gap or (12 if dimension == 2 else 8)
     thin = 0.5 * D
     lower, upper = (
         ((0.0, -thin, 0.0), (side, thin, (high + 4) * D))
@@ -95,11 +95,16 @@ def test_clusters_rise_as_drops_of_their_volume(dimension: int, count: int) -> N
     assert risen(fluid, "oil", speed, 8.0 * D) == pytest.approx(speed, rel=0.25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [16, 64])
-def test_larger_clusters_in_a_plane_rise_by_their_own_flow_alone(count: int) -> None:
-    """A known error: at half of a sphere's speed. No drift is added to a body of liquid, whose flow the particles carry."""
-    fluid = with_clusters(count, 2, wide=120, high=24, phases=(WATER, OIL))
-    assert risen(fluid, "oil", speed := speed_of(count, 2), 8.0 * D) == pytest.approx(0.55 * speed, rel=0.2)
+def test_larger_clusters_in_a_plane_rise_by_their_own_flow(count: int) -> None:
+    """Once they have got under way, and where there is room for the water beside them: 40 places from one to the next."""
+    fluid = with_clusters(count, 2, wide=160, high=48, phases=(WATER, OIL), gap=40)
+    speed = speed_of(count, 2)
+    fluid.advance(6.0 * D / speed)
+    first = height(fluid, "oil")
+    fluid.advance(8.0 * D / speed)
+    assert (height(fluid, "oil") - first) / (8.0 * D / speed) == pytest.approx(1.15 * speed, rel=0.2)
 
 
 def test_water_sinks_in_oil() -> None:
