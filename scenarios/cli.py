@@ -10,7 +10,8 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import MutableSequence, Sequence
+from collections.abc import Iterator, MutableSequence, Sequence
+from contextlib import contextmanager
 
 from recordings.files.writing import RecordingError
 from scenarios.commands import catalogs, check, conduct, export, fmu, order, playback, run, shipped, sweep
@@ -36,12 +37,29 @@ EXTRAS = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit code."""
+    with _children_of_installed_code():
+        return _run(arguments)
+
+
+@contextmanager
+def _children_of_installed_code() -> Iterator[None]:
+    """Let no program that this one starts run a module of the folder that is current."""
+    before = os.environ.get("PYTHONSAFEPATH")
+    os.environ["PYTHONSAFEPATH"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["PYTHONSAFEPATH"]
+        else:
+            os.environ["PYTHONSAFEPATH"] = before
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    """Run the command; return its exit code."""
     for library in ("OPENBLAS", "OMP", "MKL"):
         # The matrices here are small; threads of a linear algebra library would only take cores from the fluid.
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    os.environ["PYTHONSAFEPATH"] = (
-        "1"  # of the programs that this one starts: none runs a module of the folder that is current
-    )
     given = _with_negative_values(sys.argv[1:] if arguments is None else arguments)
     parser = command_parser()
     options = parser.parse_args(given)

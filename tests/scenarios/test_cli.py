@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -259,3 +260,9 @@ def test_a_brief_flows_within_its_sentences() -> None:
         flowing("\nTask. Hold\nthe boom.\nRules. Slow:\n0.7 kn\n\nEnd\n")
         == "Task. Hold the boom.\nRules. Slow:\n0.7 kn\n\nEnd"
     )
+
+
+def test_a_command_leaves_the_environment_of_its_caller(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+    assert main(["list"]) == 0
+    assert "PYTHONSAFEPATH" not in os.environ

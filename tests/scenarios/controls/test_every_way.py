@@ -90,7 +90,7 @@ upper = [-30.0, 14.0, 0.0]
 
 [skimmers.brush]
 kind = "brush"
-nameplate = 20.0
+nameplate = 100.0
 swath = 3.0
 storage = 5.0
 throughput_efficiency = 0.7

@@ -29,7 +29,7 @@ def drifting(**skimmer: Any) -> dict[str, Any]:
         "tank": {"lower": [-60.0, -40.0, -20.0], "upper": [60.0, 40.0, 5.0], "open": ["-x", "+x", "-y", "+y", "+z"]},
         "sea": {"depth": 20.0, "current": {"kind": "steady", "speed": 0.5, "direction": 0.0}},
         "skimmers": {
-            "one": {"kind": "brush", "nameplate": 60.0, "swath": 6.0, "storage": 0.2, "throughput_efficiency": 0.7}
+            "one": {"kind": "brush", "nameplate": 240.0, "swath": 6.0, "storage": 0.2, "throughput_efficiency": 0.7}
             | skimmer
         },
     }
