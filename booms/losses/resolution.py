@@ -1,9 +1,9 @@
 """The rule by which a closure is off: where the particle spacing resolves the mechanism, the particles alone decide.
 
-mechanism            off where
-entrainment            as drainage, and the spacing is 10 mm or less: particles then tear off, and rise (`oilsim.drops`), as drops do
-drainage               the skirt is 16 spacings deep or more: then suction round the foot and the slick's profile are resolved
-critical accumulation  as drainage
+mechanism                 off where
+drainage                  the skirt is 16 spacings deep or more: then suction round the foot and the slick's profile are resolved
+critical accumulation     as drainage
+entrainment               as drainage, and the spacing is 10 mm or less: particles then tear off, and rise (`oilsim.drops`), as drops do
 splash-over, submergence  the overflow is two spacings deep or more, at each instant
 
 Words on the particles of a boom's skirt and on the part of the water's section that it fills: which figures suffer from either.
@@ -78,9 +78,9 @@ def skirt_in_words(skirt_depth: float, spacing: float, *, has_closures: bool) ->
         return f"{deep}: the speed of the first loss is modelled, within the band of practice"
     if count < DRAFT_SPACINGS:
         return f"{deep}: loss speeds are those of the particles, for most skirts too high"
-    return (
-        f"{deep}: particles alone decide what is lost under it; in flumes they lose their first oil at 0.28 to 0.46 m/s"
-    )
+    if has_closures and spacing > DROP_SPACING:
+        return f"{deep}: particles decide what drains under it, and droplets are modelled"
+    return f"{deep}: particles alone decide what is lost under it; their first loss in flumes of 4 to 10 mm is at 0.28 to 0.36 m/s"
 
 
 def blockage_in_words(share: float) -> str:

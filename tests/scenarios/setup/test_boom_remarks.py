@@ -126,6 +126,7 @@ def test_words_on_a_skirt_follow_from_its_particles_and_from_closures() -> None:
     assert "loss speeds, lost volumes, draft and tension are not to be trusted" in alone[0]
     assert "for most skirts too high" in alone[1]
     assert all("particles alone decide what is lost under it" in words for words in (alone[2], closed[2]))
+    assert "droplets are modelled" in skirt_in_words(0.4, 0.02, has_closures=True)
     assert all("the speed of the first loss is modelled" in words for words in closed[:2])
 
 

@@ -152,7 +152,7 @@ def test_everything_that_cannot_be_placed_is_told_at_once(tmp_path: Path) -> Non
 
 
 def test_a_fixed_body_out_of_the_tank_is_refused() -> None:
-    """Such as one with lengths in millimetres; one that a motion leads in is not, nor one that falls in from above."""
+    """One with lengths in millimetres is refused; one that a motion leads in is not, nor one that falls in from above."""
     found = problems_of(scenario_of(ball(0.1, (500.0, 0.5, 0.5))))
     assert found == {"bodies.ball": "is fixed at x = 499.9 to 500.1 m, allowed: inside the tank, 0 to 1 m"}
     above = ball(0.1, (0.5, 0.5, 1.5), "free", name="above")
