@@ -82,7 +82,7 @@ def draw(instructor: sync_api.Page, crew: sync_api.Page, folder: Path) -> None:
     sync_api.expect(instructor.locator("#view-debrief iframe")).to_have_count(1, timeout=PATIENCE)
     instructor.wait_for_timeout(5000)
     shoot(instructor, folder / "instructor-3.webp")
-    instructor.locator("#what-if-less").fill("0.1")
+    instructor.locator("#what-if-orders").fill("tow.speed_kn=0.4")
     instructor.get_by_role("button", name="Try").click()
     sync_api.expect(instructor.locator("#view-debrief iframe")).to_have_count(2, timeout=2 * PATIENCE)
     instructor.wait_for_timeout(5000)

@@ -58,6 +58,7 @@ def _mean(values: Values) -> float:
     return float(values.mean())
 
 
+_OF_THE_MACHINE = ("real_time_factor", "coupling/wall_seconds/")  # how series begin that tell nothing of the run
 _CAUSES = "oil_lost/*"
 _MEASURES = (
     _Measure("oil_contained", "oil held at the end", "litres", 1e3, _last),
@@ -100,6 +101,20 @@ def common_time(first: Replay, second: Replay) -> tuple[float, float]:
     if not begin <= end:
         raise RecordingError(second.given, f"has no time in common with {first.given}")
     return begin, end
+
+
+def parting(first: Replay, second: Replay) -> float | None:
+    """Return the time [s] of the first frame at which a series of one run differs from that of the other; None if none ever does."""
+    begin, end = common_time(first, second)
+    apart = []
+    for name in first.scalars.keys() & second.scalars.keys():
+        if name.startswith(_OF_THE_MACHINE):
+            continue
+        one, two = first.scalars[name], second.scalars[name]
+        _, rows, places = np.intersect1d(one.index, two.index, return_indices=True)
+        differ = one.time[rows][~np.equal(one.value[rows], two.value[places]) & ~np.isnan(one.value[rows])]
+        apart += [float(time) for time in differ[:1] if begin <= time <= end]
+    return min(apart, default=None)
 
 
 def scores(first: Replay, second: Replay) -> Iterator[Score]:

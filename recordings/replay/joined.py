@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shlex
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +14,7 @@ from typing import Any
 import pyarrow as pa
 
 from recordings.files.writing import RecordingError
-from recordings.model.frame import Event
+from recordings.model.frame import ORDER_SOURCES, Event
 from recordings.replay.recording import Replay
 from recordings.replay.series import rows_between
 
@@ -130,4 +132,16 @@ class _Opened:
         scenario: dict[str, Any] = self._plan.get("scenario", {})
         course = {key: value for key, value in scenario.items() if key not in (*_TERMS, "run")}
         run = {key: value for key, value in scenario.get("run", {}).items() if key not in _RUN_TERMS}
-        return course, run, [action for action in self._plan.get("actions", []) if action["index"] < index]
+        return course, run, [order for order in self._orders() if order[0] < index]
+
+    def _orders(self) -> list[tuple[int, str]]:
+        """Return all orders, with their steps, in order: those of the plan as the run began, and those that came while it went on."""
+        step = self._plan.get("scenario", {}).get("run", {}).get("communication_step", 1.0)
+        planned = [(one["index"], f"orders {shlex.join(one['set'])}") for one in self._plan.get("actions", [])]
+        told = [
+            (round(event.time / step), event.text)
+            for event in self.replay.events
+            if event.source in ORDER_SOURCES and event.text.startswith("orders ")
+        ]
+        came = Counter(told) - Counter(planned)
+        return sorted([*planned, *came.elements()])

@@ -241,7 +241,7 @@ def _require_new(options: argparse.Namespace) -> None:
 def _print_scores(first: Replay, second: Replay) -> None:
     from rich.table import Table
 
-    from recordings.replay.comparison import common_time, scores
+    from recordings.replay.comparison import common_time, parting, scores
     from scenarios.text.terminal import terminal
 
     begin, end = common_time(first, second)
@@ -251,6 +251,8 @@ def _print_scores(first: Replay, second: Replay) -> None:
             f"{first.path.name} ({first.run.name}) and {second.path.name} ({second.run.name}) have no score in common"
         )
         return
+    apart = parting(first, second)
+    print("both runs are the same, frame for frame" if apart is None else f"the runs differ from {apart:g} s on")
     table = Table(
         "score", "unit", title=f"from {begin:g} s to {end:g} s, the time that both runs cover", title_justify="left"
     )

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from recordings.files.writing import RECORDING_ENDING
 from scenarios.commands.options import add_scenario, overrides
 from scenarios.running.output_paths import free_recording
 from scenarios.text.problems import Problem, ScenarioError
@@ -66,6 +67,11 @@ def _add_resume_options(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="with --resume: go back to simulated time S [s]; --set then gives orders from that time on",
     )
+    parser.add_argument(
+        "--keep-orders",
+        action="store_true",
+        help="with --at: give all later orders of instructor and crews again, as in the recorded run: what if --set had been ordered?",
+    )
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -97,7 +103,9 @@ def _resume(options: argparse.Namespace) -> int:
     if options.scenario is not None:
         loaded = load_scenario(options.scenario, demo=options.demo)
         named, source = Plan(scenario=loaded.scenario).fingerprint(0), loaded.path
-    restart = find_restart(options.resume, options.at, named).with_settings(overrides(options), options.at)
+    restart = find_restart(options.resume, options.at, named)
+    orders_of = options.resume if options.keep_orders else None
+    restart = restart.with_settings(overrides(options), options.at, orders_of)
     record = None
     if not options.no_record:
         record = options.record or _branch(options.resume, restart.time if options.at is None else options.at)
@@ -142,3 +150,7 @@ def _contradictions(options: argparse.Namespace) -> Iterator[Problem]:
         yield Problem("--demo", "needs a scenario, allowed: with --resume FILE only if the scenario is named too")
     if options.resume is None and options.at is not None:
         yield Problem("--at", "needs --resume, allowed: --resume FILE --at S")
+    if options.keep_orders and (
+        options.resume is None or options.at is None or options.resume.suffix != RECORDING_ENDING
+    ):
+        yield Problem("--keep-orders", "needs --resume and --at, allowed: --resume RECORDING.rrd --at S --keep-orders")

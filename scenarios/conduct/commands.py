@@ -14,6 +14,7 @@ engine                      vessel, runs
 line                        vessel, length [m] to which its winch brings its own tow line
 branch                      time [s], recording: that of the mark there, null for a moment of the present run, settings: orders there
 debrief                     of the recording so far
+what-if                     time [s] of the run that people conducted last, settings: orders there; all other orders are given again
 look                        time [s]: the state nearest to it, for a page that looks back
 """
 
@@ -48,6 +49,7 @@ _ENTRIES: Mapping[str, Mapping[str, str]] = {
     "engine": {"vessel": "text", "runs": "yes or no"},
     "line": {"vessel": "text", "length": "number"},
     "branch": {"time": "number", "recording": "text or null", "settings": "texts"},
+    "what-if": {"time": "number", "settings": "texts"},
 }
 
 

@@ -28,6 +28,7 @@ from recordings.files.writing import RecordingError
 from recordings.model.frame import INSTRUCTOR, ORDER_SOURCES, Event, Frame, RunDescription
 from scenarios.conduct.snapshot import scene_of, state_of
 from scenarios.running.assembly import Assembly
+from scenarios.running.checkpoints import Restart, find_restart
 from scenarios.running.instructor import GOES_ON, PAUSED
 from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan, settings_of
@@ -211,8 +212,8 @@ class Errand:
     """A run to make: a scenario from its start, or a recorded run from a moment on.
 
     scenario: name or file, with the changes `overrides`, shortened if `demo`; source: the recording to continue at `at` [s] instead, with
-    the orders `settings` there; record: the recording to write; pace: simulated seconds a second; paused: whether it begins paused; viewer:
-    address of the viewer that shows it too, empty without one.
+    the orders `settings` there, and the later ones of the recording `orders_of`; record: the recording to write; pace: simulated seconds a
+    second; paused: whether it begins paused; viewer: address of the viewer that shows it too, empty without one.
     """
 
     scenario: str
@@ -222,9 +223,16 @@ class Errand:
     source: Path | None = None
     at: float = 0.0
     settings: tuple[str, ...] = ()
+    orders_of: Path | None = None
     pace: float = 1.0
     paused: bool = True
     viewer: str = ""
+
+
+def restart_of(errand: Errand) -> Restart:
+    """Return the restart of an errand that continues a recorded run; ScenarioError for orders that are not allowed."""
+    assert errand.source is not None
+    return find_restart(errand.source, errand.at).with_settings(errand.settings, errand.at, errand.orders_of)
 
 
 def start_run(errand: Errand) -> tuple[BaseProcess, Connection]:
@@ -265,10 +273,6 @@ def _end_with_console() -> None:
 def _run(errand: Errand, sender: LatestSender) -> int:
     """Run the errand; return the exit code."""
     from recordings.sink.live import LiveView
-    from scenarios.conduct.conducted_run import ConsoleFeed
-    from scenarios.running.checkpoints import find_restart
-    from scenarios.running.pace import Pace
-    from scenarios.running.plan import Plan
     from scenarios.running.run import RunOptions, resume, run_scenario
     from scenarios.spec.load import load_scenario
 
@@ -290,7 +294,7 @@ def _run(errand: Errand, sender: LatestSender) -> int:
         )
 
     if errand.source is not None:
-        restart = find_restart(errand.source, errand.at).with_settings(errand.settings, errand.at)
+        restart = restart_of(errand)
         return resume(restart, options=options(restart.plan, None), console=quiet)
     loaded = load_scenario(errand.scenario, overrides=errand.overrides, demo=errand.demo)
     return run_scenario(

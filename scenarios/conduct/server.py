@@ -23,7 +23,7 @@ from starlette.datastructures import Headers
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -176,6 +176,7 @@ class PageServer:
             routes=[
                 Route("/", self._start_page),
                 Route("/debrief/{name}", self._debrief),
+                Route("/what-if/{name}", self._what_if),
                 WebSocketRoute("/live", self._live),
                 Mount("/page", StaticFiles(directory=str(page))),
                 *view,
@@ -199,14 +200,21 @@ class PageServer:
 
     async def _debrief(self, request: Request) -> Response:
         """Return the debrief of a recording, to pages that show a token."""
+        page = self._session.debriefs.get(request.path_params["name"])
+        return self._refusal(request, page) or FileResponse(str(page), media_type="text/html")
+
+    async def _what_if(self, request: Request) -> Response:
+        """Return the comparison of a run with the one that people conducted, to pages that show a token."""
+        found = self._session.what_ifs.get(request.path_params["name"])
+        return self._refusal(request, found) or JSONResponse(found)
+
+    def _refusal(self, request: Request, found: object | None) -> Response | None:
+        """Return why a page is not given what was found: it shows no token, or nothing was found; None if it is."""
         token = request.headers.get("authorization", "").removeprefix("Bearer ")
         password = request.headers.get("x-password", "")
         if self._access.role_of(token, password, _address(request)) is None:
             return PlainTextResponse("the token opens nothing", status_code=401)
-        page = self._session.debriefs.get(request.path_params["name"])
-        if page is None:
-            return PlainTextResponse("there is no such debrief", status_code=404)
-        return FileResponse(page, media_type="text/html")
+        return None if found is not None else PlainTextResponse("there is no such debrief", status_code=404)
 
     async def _live(self, socket: WebSocket) -> None:
         """Serve one page, from its token to its end."""

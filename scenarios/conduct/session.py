@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +21,7 @@ from typing import Any
 from recordings.model.frame import ORDER_SOURCES
 from scenarios.conduct.access import INSTRUCTOR, Role
 from scenarios.conduct.commands import Command, refused, settings_of
-from scenarios.conduct.conducted_run import Errand, start_run
+from scenarios.conduct.conducted_run import Errand, restart_of, start_run
 from scenarios.conduct.history import Album, History
 from scenarios.debrief.order_words import order_in_words
 from scenarios.orders.client import NoAnswerError, ask
@@ -85,6 +86,7 @@ class Session:
         self._waiting = Counter[str]()  # commands, by role
         self._crews = asyncio.Lock()  # one order of a crew is with the run at a time: an instructor's waits for no more
         self._is_closing = False
+        self._ended = asyncio.Event()  # the present run
         self._turning = asyncio.Lock()  # held while the run ends for a branch or a debrief
         self._pieces: dict[str, Errand] = {}  # all runs so far, by the names of their recordings
         self.run_number = 0  # counts branches
@@ -99,6 +101,8 @@ class Session:
         self.line_count = 0
         self.marks: list[dict[str, Any]] = []
         self.debriefs: dict[str, Path] = {}
+        self.what_ifs: dict[str, dict[str, Any]] = {}  # comparisons with the run that people conducted, by recording
+        self._conducted, self._came_to = errand, 0.0  # the last run that people conducted, and its time [s] so far
 
     def start(self) -> None:
         """Start the run."""
@@ -127,6 +131,7 @@ class Session:
             "recording": self.recording.name,
             "marks": self.marks,
             "debriefs": list(self.debriefs),
+            "what_ifs": list(self.what_ifs),
         }
 
     async def do(self, command: Command, role: Role) -> str:
@@ -141,6 +146,9 @@ class Session:
             case "debrief":
                 async with self._turning:
                     return await self._debrief()
+            case "what-if":
+                async with self._turning:
+                    return await self._what_if(float(entries["time"]), tuple(entries["settings"]))
             case "pace":
                 value = entries["value"]
                 return await self._ask("pace", "inf" if value is None else repr(float(value)))
@@ -178,24 +186,66 @@ class Session:
         """End the run, and go on from its moment at `time` [s] in a new recording, or from the mark there in the recording `marked`."""
         source = self._piece_at(time) if marked is None else self._piece_of_mark(time, marked)
         await self._end("branch")
-        parting = self._parting(source, time)
-        self.history.forget_after(parting)
-        self.album.forget_after(parting)
         errand = replace(
             self._errand, source=source.record, at=time, settings=settings, record=self._free(source.record, time)
         )
-        self._launch(errand)
+        self._go_back(errand, source)
         self._say(f"goes back to {time:.1f} s, and on in {errand.record.name}", source="console")
         return f"goes back to {time:.1f} s"
+
+    def _go_back(self, errand: Errand, source: Errand) -> None:
+        """Launch a run that goes on from a moment of the piece `source`, after which the past that is shown is another."""
+        parting = self._parting(source, errand.at)
+        self.history.forget_after(parting)
+        self.album.forget_after(parting)
+        self._launch(errand)
+
+    async def _what_if(self, time: float, settings: tuple[str, ...]) -> str:
+        """Make the run that people conducted last again from a moment, with other orders there and all its own orders; compare the two.
+
+        It goes as fast as it can, to where the first has come. ScenarioError, and no run made, for orders that are not allowed.
+        """
+        await self._end("what-if")
+        base, end = self._conducted, self._came_to
+        if not settings or not 0.0 <= time < end:
+            text = f"is {time:g} s, allowed: 0 to below {end:g} s, where the run ended, with one order or more"
+            raise refused("time", text)
+        source = self._piece_of(base, time)
+        errand = replace(
+            self._errand,
+            source=source.record,
+            at=time,
+            settings=(f"run.duration={end!r}", *settings),
+            orders_of=base.record,
+            record=self._free(source.record, time, "-what-if-"),
+            pace=math.inf,
+            paused=False,
+        )
+        await asyncio.to_thread(restart_of, errand)
+        self._go_back(errand, source)
+        self._say(f"what if, from {time:.1f} s: {' '.join(settings)}", source="console")
+        await self._ended.wait()
+        await self._end("what-if")
+        if self.phase == "failed":
+            raise refused("what-if", f"failed: {self.reason}")
+        from scenarios.debrief.what_if import what_if
+
+        for recording in (base.record, errand.record):
+            if recording.stem not in self.debriefs:
+                await self._write_debrief(recording)
+        self.what_ifs[errand.record.stem] = await asyncio.to_thread(what_if, base.record, errand.record)
+        self._changed()
+        return errand.record.stem
 
     async def _debrief(self) -> str:
         """End the run, and write the debrief of its recording."""
         await self._end("debrief")
+        return await self._write_debrief(self.recording)
+
+    async def _write_debrief(self, recording: Path) -> str:
         from scenarios.debrief.page import write_debrief
 
-        recording = self.recording
-        folder = recording.with_suffix(".debrief")
-        page = await asyncio.to_thread(write_debrief, recording, folder)
+        page = await asyncio.to_thread(write_debrief, recording, recording.with_suffix(".debrief"))
         self.debriefs[recording.stem] = page
         self._changed()
         return recording.stem
@@ -205,7 +255,11 @@ class Session:
         if self.state is None or not 0.0 <= time <= self.state["time"]:
             now = 0.0 if self.state is None else self.state["time"]
             raise refused("time", f"is {time:g} s, allowed: 0 to {now:g} s")
-        pieces = self._lineage(self._pieces[self.recording.name])
+        return self._piece_of(self._pieces[self.recording.name], time)
+
+    def _piece_of(self, last: Errand, time: float) -> Errand:
+        """Return the piece that holds the moment at `time` [s] of the run that ends with the piece `last`."""
+        pieces = self._lineage(last)
         while len(pieces) > 1 and pieces[-1].at >= time:  # its first moment is kept by the piece before
             pieces.pop()
         return pieces[-1]
@@ -224,10 +278,10 @@ class Session:
             pieces.insert(0, self._pieces[source.name])
         return pieces
 
-    def _free(self, source: Path, time: float) -> Path:
+    def _free(self, source: Path, time: float, word: str = "-from-") -> Path:
         """Choose a free name for the recording of a branch, beside its source; that of a branch that failed stays its own."""
-        stem = source.stem.partition("-from-")[0]
-        return free_recording(source.with_name(f"{stem}-from-{time:g}s"), self._pieces.keys())
+        stem = source.stem.partition("-from-")[0].partition("-what-if-")[0]
+        return free_recording(source.with_name(f"{stem}{word}{time:g}s"), self._pieces.keys())
 
     def _parting(self, source: Errand, time: float) -> float:
         """Return the time [s] until which the present run has the same past as one that goes on at `time` [s] in the piece `source`."""
@@ -249,6 +303,9 @@ class Session:
     def _launch(self, errand: Errand) -> None:
         self.run_number += 1
         self.phase, self.reason, self.recording = "building", "", errand.record
+        self._ended.clear()
+        if errand.orders_of is None:
+            self._conducted, self._came_to = errand, errand.at
         self._pieces[errand.record.name] = errand
         self._process, pipe = start_run(errand)
         self._inbox = self._listen(pipe, self.run_number)
@@ -268,6 +325,8 @@ class Session:
         """Take messages of the run; None: its pipe is closed."""
         if texts is None and self.phase not in ("ended", "failed"):
             self.phase, self.reason = "failed", "the run ended without a word"
+        if texts is None:
+            self._ended.set()
         for text in texts or ():
             message = json.loads(text)
             match message["kind"]:
@@ -277,6 +336,8 @@ class Session:
                     self.state, self.state_text = message, text.decode()
                     self.history.take(message)
                     self.album.take(message["time"], self.state_text)
+                    if self._pieces[self.recording.name] is self._conducted:
+                        self._came_to = message["time"]
                 case "lines":
                     for line in message["lines"]:
                         self._add(line)

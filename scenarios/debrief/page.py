@@ -207,14 +207,15 @@ def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
 
 
 def _of_the_run(replay: Replay) -> Iterator[tuple[str, float]]:
-    """Yield rows of the run's oil ledger at its end, in words and m3."""
+    """Yield rows of the run's oil ledger at its end, in words and m3; none for a run without oil."""
     rows = {
         "stranded": "Stranded",
         "recovered": "Recovered by skimmers",
         "left_the_domain": "Left the tank without being lost by a boom",
     }
     for row, words in rows.items():
-        yield f"{words}, of all oil of the run", float(replay.scalars[f"oil/{row}"].value[-1])
+        if (series := replay.scalars.get(f"oil/{row}")) is not None:
+            yield f"{words}, of all oil of the run", float(series.value[-1])
 
 
 def _segments(history: BoomHistory) -> list[tuple[str, ...]]:

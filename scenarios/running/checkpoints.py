@@ -11,18 +11,22 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.saved_fields import require_alike
 from recordings.files.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
-from recordings.files.writing import RECORDING_ENDING, absence, held
+from recordings.files.writing import RECORDING_ENDING, RecordingError, absence, held
 from scenarios.running.assembly import Assembly
+from scenarios.running.given_orders import replayed_after, with_given_orders
 from scenarios.running.output_paths import CHECKPOINTS_ENDING, checkpoint_folder
 from scenarios.running.plan import Plan, plan_from
 from scenarios.spec.resolve import resolve
 from scenarios.text.problems import Problem, ScenarioError
 from scenarios.text.versions import versions
+
+if TYPE_CHECKING:
+    from recordings.replay.recording import Replay
 
 ENDING = ".npz"
 # [1] checkpoints of a run that nobody asked for; chosen; of 1 to 100 MB each
@@ -162,7 +166,8 @@ def _steps_between(plan: Plan) -> int:
 class Restart:
     """A run to continue: its plan, its state, and the checkpoint with that state.
 
-    warning: the reason why the results may differ in the last bits; empty if they will not.
+    warning: the reason why the results may differ in the last bits; empty if they will not. left_out: orders of another run that cannot be
+    given in this one, in words.
     """
 
     plan: Plan
@@ -170,6 +175,7 @@ class Restart:
     state: Mapping[str, Any]
     source: Path
     warning: str = ""
+    left_out: tuple[str, ...] = ()
 
     @property
     def files(self) -> dict[str, Path]:
@@ -191,13 +197,21 @@ class Restart:
         """Simulated time [s] from which the run continues."""
         return self.index * self.plan.scenario.run.communication_step
 
-    def with_settings(self, settings: tuple[str, ...], at: float | None) -> Restart:
+    def with_settings(self, settings: tuple[str, ...], at: float | None, orders_of: Path | None = None) -> Restart:
         """Change settings at the first communication point at or after `at` [s]; None: where the run continues.
 
-        Raises ScenarioError for settings that are not allowed, and if the run would end where it continues.
+        Orders that the run was given since the checkpoint hold as before, up to that point; those of the recording `orders_of`, if any,
+        hold there too, and are given again later. Raises ScenarioError for settings that are not allowed, and if the run would end where
+        it continues.
         """
         index = self.index if at is None else _index_at(at, self.plan)
-        plan = self.plan.changed(settings, index)
+        replay, left_out = self._replay(index, orders_of), list[str]()
+        plan = self.plan
+        if replay is not None:
+            plan = with_given_orders(plan, replay, self.index, index if orders_of is not None else index - 1)
+        plan = plan.changed(settings, index)
+        if replay is not None and orders_of is not None:
+            plan, left_out = replayed_after(plan, replay, index)
         duration = plan.scenario.run.duration
         if index >= _index_at(duration, plan):
             if at is not None:
@@ -206,7 +220,22 @@ class Restart:
                 )
             begin = f"but the run continues from {self.time:g} s; allowed: a later end, set with --until"
             raise ScenarioError([Problem("run.duration", f"is {duration:g} s, {begin}")], "oilsim")
-        return replace(self, plan=plan)
+        return replace(self, plan=plan, left_out=tuple(left_out))
+
+    def _replay(self, index: int, orders_of: Path | None) -> Replay | None:
+        """Return the recording that tells the orders since the checkpoint; None if none came up to `index`, or it cannot be read."""
+        if orders_of is None and (index <= self.index or self.recording is None or absence(self.recording)):
+            return None
+        from recordings.replay.joined import JoinedReplay  # only here, as it loads the reader of recordings
+        from recordings.replay.recording import Replay
+
+        if orders_of is not None:
+            return JoinedReplay(orders_of)
+        assert self.recording is not None
+        try:
+            return Replay(self.recording)
+        except RecordingError:
+            return None
 
 
 def find_restart(path: Path, at: float | None = None, scenario_hash: str | None = None) -> Restart:

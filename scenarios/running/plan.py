@@ -31,10 +31,14 @@ _ORDERED = "orders "  # how the text of an order's event begins
 
 @dataclass(frozen=True, kw_only=True)
 class Action:
-    """Orders at the communication point `index`, written as for ``--set``; they hold from the step that begins there."""
+    """Orders at the communication point `index`, written as for ``--set``; they hold from the step that begins there.
+
+    replayed: whether another run was given them there, so that one that cannot be obeyed here is passed over.
+    """
 
     index: int
     settings: tuple[str, ...]
+    replayed: bool = False
 
     @property
     def text(self) -> str:
@@ -120,7 +124,11 @@ class Plan:
             raise ScenarioError(problems, "oilsim")
         return plan
 
-    def ordered(self, settings: Sequence[str], index: int) -> Plan:
+    def without(self, place: int) -> Plan:
+        """Return the plan without its action at a place, counted from 0."""
+        return replace(self, actions=(*self.actions[:place], *self.actions[place + 1 :]))
+
+    def ordered(self, settings: Sequence[str], index: int, *, replayed: bool = False) -> Plan:
         """Return the plan with these orders at the communication point `index`, after those that it has there; later ones stay.
 
         Raises ScenarioError, which names every setting that cannot be ordered, and what a scenario may not be.
@@ -132,14 +140,17 @@ class Plan:
         if problems:
             raise ScenarioError(problems, "oilsim")
         place = sum(action.index <= index for action in self.actions)
-        action = Action(index=index, settings=orders)
+        action = Action(index=index, settings=orders, replayed=replayed)
         plan = replace(self, actions=(*self.actions[:place], action, *self.actions[place:]))
         plan.scenario_after(len(plan.actions))  # orders that contradict each other are found here
         return plan
 
     def as_data(self) -> dict[str, Any]:
         """Return plain data, from which `plan_from` makes the same plan."""
-        actions = [{"index": action.index, "set": list(action.settings)} for action in self.actions]
+        actions = [
+            {"index": action.index, "set": list(action.settings)} | ({"replayed": True} if action.replayed else {})
+            for action in self.actions
+        ]
         record = {"text": self.text, "overrides": list(self.overrides)}
         return {"scenario": as_data(self.scenario), "actions": actions} | record
 
@@ -163,7 +174,10 @@ class Plan:
 
 def plan_from(data: Mapping[str, Any]) -> Plan:
     """Create the plan that `Plan.as_data` described; ScenarioError if this program does not know such a scenario."""
-    actions = tuple(Action(index=entry["index"], settings=tuple(entry["set"])) for entry in data["actions"])
+    actions = tuple(
+        Action(index=entry["index"], settings=tuple(entry["set"]), replayed=entry.get("replayed", False))
+        for entry in data["actions"]
+    )
     return Plan(
         scenario=scenario_from(data["scenario"]),
         actions=actions,

@@ -173,6 +173,8 @@ class RunLoop:
                         require_alike(name, restart.state[name], keeper.save_state())
                         keeper.restore_state(restart.state[name])
             self.simulation.emit(f"continues from {restart.source.name}", source="oilsim")
+            for text in restart.left_out:
+                self.simulation.emit(text, level="warning", source="oilsim")
         if self._assembly.why_not_kept:
             self._checkpoints = None
             self.simulation.emit(f"no checkpoints: {self._assembly.why_not_kept}", level="warning", source="oilsim")
@@ -209,11 +211,24 @@ class RunLoop:
         )
 
     def _give_planned(self) -> None:
-        """Give the orders of the plan at this communication point, one after the other, as they were given before."""
-        index, actions = self.simulation.communication_point.index, self.plan.actions
-        while self._given < len(actions) and actions[self._given].index <= index:
-            self._obey(self.plan)
-            self._count_given()
+        """Give the orders of the plan at this communication point, one after the other, as they were given before.
+
+        One that another run was given, and that cannot be obeyed in this one, is told and passed over.
+        """
+        index = self.simulation.communication_point.index
+        while self._given < len(self.plan.actions) and self.plan.actions[self._given].index <= index:
+            action = self.plan.actions[self._given]
+            try:
+                self._obey(self.plan)
+            except ScenarioError as error:
+                if not action.replayed:
+                    raise
+                self.plan = self.plan.without(self._given)
+                reasons = "; ".join(map(str, error.problems))
+                told = f"{action.text}: cannot be given any more: {reasons}"
+                self.simulation.emit(told, level="warning", source="oilsim")
+            else:
+                self._count_given()
 
     def _obey(self, plan: Plan) -> None:
         """Bring every part to what the next action of a plan asks for; ScenarioError, and nothing changed, if that cannot be."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,11 +10,11 @@ from rich.console import Console
 
 from coupling.master.errors import CoSimulationError
 from recordings.files.writing import RecordingError
-from recordings.model.frame import INSTRUCTOR
 from recordings.replay.recording import Replay
 from recordings.replay.replay_check import ReplayCheck
 from scenarios.running.assembly import build
-from scenarios.running.plan import Plan, plan_from, settings_of
+from scenarios.running.given_orders import with_given_orders
+from scenarios.running.plan import Plan, plan_from
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import RunRequests
 from scenarios.text.versions import versions
@@ -73,25 +72,10 @@ def _plan_of(replay: Replay, threads: int | None) -> Plan:
     stored = replay.run.properties.get("plan")
     if stored is None:
         raise RecordingError(replay.given, "has no scenario; allowed: recordings of scenarios, which can be run again")
-    plan = _with_orders(plan_from(json.loads(str(stored))), replay)
+    plan = with_given_orders(plan_from(json.loads(str(stored))), replay)
     if threads is None:
         return plan
     return replace(plan, scenario=replace(plan.scenario, run=replace(plan.scenario.run, threads=threads)))
-
-
-def _with_orders(plan: Plan, replay: Replay) -> Plan:
-    """Add the orders that came while the run went on: the events of the log that are not of its plan."""
-    step = plan.scenario.run.communication_step
-    planned = Counter((action.index, text) for action in plan.actions for text in action.texts)
-    for event in replay.events:
-        if event.source != INSTRUCTOR:
-            continue
-        index = round(event.time / step)
-        if planned[index, event.text] > 0:
-            planned[index, event.text] -= 1
-        elif settings := settings_of(event.text):
-            plan = plan.ordered(settings, index)
-    return plan
 
 
 def _other_versions(replay: Replay) -> str:

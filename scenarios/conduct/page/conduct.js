@@ -1,12 +1,13 @@
 // The console's page: it shows what the server tells, and gives the orders of its role.
-import { branch, buildControls, showInjects, showMarks, showVessels } from "./controls.js";
+import { buildControls, showInjects, showMarks, showVessels } from "./controls.js";
 import { Charts, showGauges } from "./gauges.js";
 import { Debriefs } from "./debrief.js";
 import { Link } from "./link.js";
 import { Log } from "./log.js";
 import { PlanView } from "./plan.js";
 import { Timeline } from "./timeline.js";
-import { KNOT, clock } from "./units.js";
+import { heldOrders } from "./orders.js";
+import { KNOT, clock, compass } from "./units.js";
 
 const SCALES = [0.1, 0.25, 0.5, 1, 2, 5, 10, null];
 const at = (id) => document.getElementById(id);
@@ -43,8 +44,7 @@ const on = {
     if (isNew) select("plan");
     phase();
     showMarks(message, link);
-    wake();
-  },
+    },
   scene(message) {
     timeline.present();
     conduct.scene = message;
@@ -72,8 +72,7 @@ const on = {
     conduct.helm?.follow(message.vessels[conduct.hello.vessel]?.ordered);
     fillOnce(message);
     phase();
-    wake();
-  },
+    },
   refused(message) { notice(message.problems.map(([place, text]) => `${place} ${text}`).join("; "), true); },
   away(message) {
     if (message.code === 4401) { at("password").showModal(); notice(message.reason || "the address opens nothing", true, 0); }
@@ -108,7 +107,6 @@ function fillOnce(state) {
     fill(`speed-${name}`, vessel.ordered && vessel.ordered.speed / KNOT, 2);
     fill(`course-${name}`, degrees(vessel.ordered?.heading ?? vessel.heading), 0);
   }
-  fill("back-less", 0, 2);
 }
 
 function phase() {
@@ -157,11 +155,13 @@ async function debrief() {
   if (answer.told) await openDebriefs([...new Set([...conduct.session.debriefs, answer.told])]);
 }
 
-async function openDebriefs(names) {
-  const isInstructor = conduct.hello.role === "instructor" && conduct.state?.tow;
-  const tries = isInstructor ? [{ time: 0, recording: null, name: "the start" }, ...conduct.session.marks] : [];
+async function openDebriefs(names, whatIfs = conduct.session.what_ifs) {
+  const moments = [{ time: 0, name: "the start" }, ...conduct.session.marks];
+  const compared = whatIfs.includes(names.at(-1)) ? names.at(-1) : null;
   try {
-    await debriefs.show(names, tries, whatIf);
+    const found = compared && await (await debriefs.get("what-if", compared)).json();
+    const shown = found ? [found.first, found.second] : names;
+    await debriefs.show(shown, found, conduct.hello.role === "instructor" ? { moments, ordersAt, tryAgain: whatIf } : null);
   } catch (error) {
     return notice(`the debrief cannot be shown: ${error.message}`, true);
   }
@@ -169,23 +169,18 @@ async function openDebriefs(names) {
   notice("");
 }
 
-// Runs again from the start or a mark, with a slower tow [kn], as fast as it can to the same end, and shows both debriefs.
-async function whatIf(moment, less) {
-  const end = conduct.state.time, run = conduct.session.run;
-  notice(`Runs again from ${clock(moment.time)} to ${clock(end)}, ${less} kn slower …`, false, 0);
-  const told = await branch(link, moment, less);
-  if (!told.told) return;
-  await until(() => conduct.session.run > run && (conduct.session.phase === "failed" || (conduct.session.phase === "running" && conduct.state.paused)));
-  if (conduct.session.phase === "failed") return; // the page shows the reason
-  await link.give("pace", { value: null });
-  await link.give("go-on");
-  await until(() => conduct.state.time >= end - 1e-6 || conduct.session.phase !== "running");
-  await debrief();
+// What the helmsmen keep at a moment, as orders.
+async function ordersAt(time) {
+  const { state } = await link.give("look", { time });
+  return heldOrders(state && JSON.parse(state), (way) => compass(way, conduct.scene.bearing), KNOT);
 }
 
-const waiting = new Set(); // [condition, done] of what waits for the run
-const until = (condition) => new Promise((done) => { waiting.add([condition, done]); });
-function wake() { for (const one of waiting) if (one[0]()) { waiting.delete(one); one[1](); } }
+// Makes the run again with other orders at a moment [s], as fast as it can to the same end, and shows both.
+async function whatIf(time, settings) {
+  notice(`Runs again from ${clock(time)}, with ${settings.join(" ") || "no order"} …`, false, 0);
+  const { told } = await link.give("what-if", { time, settings });
+  if (told) await openDebriefs([...conduct.session.debriefs.filter((name) => name !== told), told], [told]);
+}
 
 const toggle = () => link.give(conduct.state?.paused ? "go-on" : "pause");
 const mark = () => link.give("mark", { name: `moment ${(conduct.session?.marks.length ?? 0) + 1}` });

@@ -1,5 +1,5 @@
 // The controls beside the plan: the instructor's, those of a vessel's crew, or none.
-import { waves } from "./orders.js";
+import { settings, waves } from "./orders.js";
 import { KNOT, clock, course, compass, direction, engineFault, knots } from "./units.js";
 
 const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
@@ -43,9 +43,9 @@ function instructor(place, hello, scene, link) {
     });
   }
   const free = group(place, "Any order", `<div class="row"><label class="wide">KEY=VALUE, several with a space between<input id="free" type="text" placeholder="emitters.leak.speed=0"></label><button>Order</button></div>`);
-  when(free, "button", () => link.give("order", { settings: document.getElementById("free").value.split(/\s+(?=[\w.]+=)/).filter(Boolean) }));
-  group(place, "Marks and branches", `<ul class="marks" id="marks"></ul><div class="row">${number("back-time", "Go back to", "s", 0.1, 0, 1e6)}${number("back-less", "Tow slower by", "kn", 0.05, 0, 5)}<button id="back">Branch</button></div>`);
-  document.getElementById("back").addEventListener("click", () => branch(link, { time: value("back-time"), recording: null }, value("back-less") || 0));
+  when(free, "button", () => link.give("order", { settings: settings(document.getElementById("free").value) }));
+  group(place, "Marks and branches", `<ul class="marks" id="marks"></ul><div class="row">${number("back-time", "Go back to", "s", 0.1, 0, 1e6)}<label class="wide">and order there<input id="back-orders" type="text" placeholder="tow.speed_kn=0.4"></label><button id="back">Branch</button></div>`);
+  document.getElementById("back").addEventListener("click", () => branch(link, { time: value("back-time"), recording: null }, settings(document.getElementById("back-orders").value)));
   const links = Object.entries(hello.links).filter(([name]) => name !== "instructor").map(([name, token]) => `<label>${escape(name)}</label><code>${location.origin}/#${escape(token)}</code>`);
   group(place, "Addresses of the other pages", `<div class="links">${links.join("")}</div>`);
 }
@@ -82,16 +82,13 @@ function releaseControls(place, scene, link) {
 
 let isBranching = false; // until the console has answered
 
-// Goes back to a mark, or to another moment with the recording null, and tows slower [kn] from there.
-export async function branch(link, { time, recording }, less) {
-  const speed = window.conduct.state?.tow?.speed;
-  const settings = less > 0 && speed != null ? [`tow.speed=${Math.max(0, speed - less * KNOT)}`] : [];
+// Goes back to a mark, or to another moment with the recording null, with orders there.
+async function branch(link, { time, recording }, settings) {
   isBranching = true;
   allowBranches();
-  const answer = await link.give("branch", { time, recording, settings });
+  await link.give("branch", { time, recording, settings });
   isBranching = false;
   allowBranches();
-  return answer;
 }
 
 // A second branch is possible only once the first one runs.
@@ -121,13 +118,13 @@ function weatherControls(place, scene, link) {
     <div class="row">${number("waves-height", "Waves", "m", 0.1, 0, 20)}<button data-what="waves">Order</button></div>`);
   when(box, "button", (button) => {
     const what = button.dataset.what, weather = window.conduct.state?.weather, present = weather?.[what];
-    let settings;
-    if (what === "waves") settings = waves(weather, value("waves-height"));
+    let ordered;
+    if (what === "waves") ordered = waves(weather, value("waves-height"));
     else {
       const speed = value(`${what}-speed`) * KNOT, way = what === "wind" ? direction(value("wind-from") + 180, bearing) : direction(value("current-to"), bearing);
-      settings = present ? [`sea.${what}.speed=${speed}`, `sea.${what}.direction=${way}`] : [`sea.${what}={kind="steady",speed=${speed},direction=${way}}`];
+      ordered = present ? [`sea.${what}.speed=${speed}`, `sea.${what}.direction=${way}`] : [`sea.${what}={kind="steady",speed=${speed},direction=${way}}`];
     }
-    link.give("order", { settings });
+    link.give("order", { settings: ordered });
   });
 }
 
@@ -217,6 +214,6 @@ export function showMarks(session, link) {
   const place = document.getElementById("marks");
   if (!place) return;
   place.innerHTML = session.marks.map((mark, index) => `<li><span>${clock(mark.time)} ${escape(mark.name)}</span><button data-mark="${index}">Go back</button></li>`).join("") || "<li class='quiet'>No marks yet: the key M sets one.</li>";
-  place.querySelectorAll("button").forEach((one) => one.addEventListener("click", () => branch(link, session.marks[Number(one.dataset.mark)], 0)));
+  place.querySelectorAll("button").forEach((one) => one.addEventListener("click", () => branch(link, session.marks[Number(one.dataset.mark)], [])));
   allowBranches();
 }

@@ -7,3 +7,12 @@ export function waves(weather, height) {
   const way = weather?.wind?.direction == null ? "" : `,direction=${weather.wind.direction}`;
   return [`sea.waves={kind="regular",height=${height},period=${period}${way}}`];
 }
+
+// Orders as they are typed: KEY=VALUE, several with a space between.
+export const settings = (text) => text.split(/\s+(?=[\w.-]+=)/).map((one) => one.trim()).filter(Boolean);
+
+// What the helmsmen keep in a state, as orders that a trainer changes: course and speed of each vessel that has them.
+export function heldOrders(state, compass, knot) {
+  const kept = Object.entries(state?.vessels ?? {}).filter(([, { ordered }]) => ordered && !ordered.by_hand);
+  return kept.map(([name, { ordered }]) => `vessels.${name}.legs=[{speed_kn=${(ordered.speed / knot).toFixed(2)},heading_compass=${Math.round(compass(ordered.heading))}}]`).join(" ");
+}

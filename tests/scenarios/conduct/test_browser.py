@@ -238,9 +238,15 @@ def _branches_and_debriefs(page: sync_api.Page) -> None:
     )
     page.get_by_role("button", name="Print or save as PDF").click()
     assert page.evaluate("window.isPrinted")
-    page.locator("#what-if-less").fill("0.1")
+    page.locator("#what-if-orders").fill("tow.speed_kn=0.2 sea.wind={kind='steady',speed=12.0,direction=1.5}")
     page.get_by_role("button", name="Try").click()
     sync_api.expect(page.locator("#view-debrief iframe")).to_have_count(2, timeout=4 * PATIENCE)
+    sync_api.expect(page.locator("#what-if-said")).to_contain_text("The runs differ from 0:00")
+    sync_api.expect(page.locator(".compared > table")).to_contain_text("mean tow tension, port")
+    sync_api.expect(page.locator(".compared .chart canvas")).to_have_count(2)
+    page.locator("#what-if-orders").fill("tow.sped_kn=0.2")
+    page.get_by_role("button", name="Try").click()
+    sync_api.expect(page.locator("#notice")).to_contain_text("tow.sped_kn")
     sync_api.expect(page.locator("#phase")).to_have_text("ended")
 
 

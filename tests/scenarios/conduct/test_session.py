@@ -69,7 +69,12 @@ class Conductor:
         return abs(self.session.state["time"] - time) < 1e-9 and self.session.state["paused"]
 
 
-def conduct(folder: Path, monkeypatch: pytest.MonkeyPatch, act: Callable[[Conductor], Awaitable[None]]) -> None:
+def conduct(
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    act: Callable[[Conductor], Awaitable[None]],
+    interval: float = STEP,
+) -> None:
     """Conduct a small tow, which begins paused, in a folder."""
     (folder / "user").mkdir(mode=0o700)
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(folder / "user"))
@@ -78,7 +83,7 @@ def conduct(folder: Path, monkeypatch: pytest.MonkeyPatch, act: Callable[[Conduc
 
     async def run() -> None:
         changed = asyncio.Event()
-        often = (f"recording.checkpoint_interval={STEP}",)
+        often = (f"recording.checkpoint_interval={interval}",)
         errand = Errand(scenario=str(file), record=folder / "whole.rrd", overrides=often, pace=float("inf"))
         session = Session(errand, changed.set)
         async with running(session):
@@ -135,3 +140,36 @@ def test_of_two_who_go_back_at_once_one_is_refused(tmp_path: Path, monkeypatch: 
         await one.step_to(0.25)
 
     conduct(tmp_path, monkeypatch, act)
+
+
+@pytest.mark.slow
+def test_what_if_gives_all_other_orders_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A crew steers at 1 s, between two checkpoints; a calm run gets wind at 0.5 s, and its crew still steers at 1 s.
+
+    An order of the tow alone changes nothing once both vessels have orders of their own, and is said to. Each is compared with the run
+    that people conducted, not with the one before; an order that is not allowed makes no run.
+    """
+
+    async def act(one: Conductor) -> None:
+        await one.step_to(1.0)
+        for vessel in ("port", "starboard"):
+            await one.give("order", settings=[f"vessels.{vessel}.legs=[{{speed=0.2,heading=0.1}}]"])
+        await one.step_to(2.0)
+        windy = await one.give("what-if", time=0.5, settings=["sea.wind={kind='steady',speed=12.0,direction=1.5}"])
+        assert windy == "whole-what-if-0.5s"
+        found = one.session.what_ifs[windy]
+        assert (found["first"], found["second"], found["end"]) == ("whole", windy, 2.0)
+        assert 0.5 <= found["apart"] <= 0.75
+        assert len(found["orders"]) == 1 and found["orders"][0].endswith(", at 0.5 s")
+        assert len(found["curves"]) == 2 and found["rows"]
+        assert one.session.state["vessels"]["port"]["ordered"]["heading"] == 0.1
+        assert {"whole", windy} <= set(one.session.debriefs)
+        towed = await one.give("what-if", time=1.5, settings=["tow.speed=0.1"])
+        assert one.session.what_ifs[towed]["apart"] is None
+        assert one.session.what_ifs[towed]["rows"] == []
+        with pytest.raises(ScenarioError, match=r"boms"):
+            await one.give("what-if", time=1.5, settings=["boms.main.parted=[3]"])
+        with pytest.raises(ScenarioError, match=r"allowed: 0 to below 2 s"):
+            await one.give("what-if", time=2.5, settings=["tow.speed=0.1"])
+
+    conduct(tmp_path, monkeypatch, act, interval=0.75)

@@ -133,6 +133,36 @@ def test_orders_change_the_run_are_events_and_are_verified(tmp_path: Path) -> No
     assert_made_again(second)
 
 
+def test_a_run_is_made_again_with_another_order_among_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On the command line: later orders are given again, at their times; `compare` says what has changed, or that nothing has."""
+    record, windy, same = (tmp_path / f"{name}.rrd" for name in ("whole", "windy", "same"))
+    scenario = tow()
+    often = replace(scenario, recording=replace(scenario.recording, checkpoint_interval=0.04))
+    with going_on(often, record):
+        pause(record)
+        order(record, "vessels.port.legs=[{speed=0.2,heading=0.1}]", "vessels.starboard.legs=[{speed=0.2,heading=0.1}]")
+        while pause(record).time < 0.2:
+            go_on(record)
+            time.sleep(0.05)
+        steered = order(record, "vessels.port.legs=[{speed=0.1,heading=-0.1}]")
+    assert 0.2 <= steered.time < 0.6
+    back = ["run", "--resume", str(record), "--at", "0.06", "--keep-orders", "--threads", "1"]
+    assert main([*back, "--set", "sea.wind={kind='steady',speed=9.0,direction=1.0}", "--record", str(windy)]) == 0
+    assert main([*back, "--set", "tow.speed=0.1", "--record", str(same)]) == 0
+    times = [event.time for event in Replay(windy).events if event.source == "instructor"]
+    assert times == pytest.approx([0.06, steered.time])
+    assert_made_again(windy)
+    capsys.readouterr()
+    assert main(["compare", str(record), str(same), "--table"]) == 0
+    assert "both runs are the same, frame for frame" in capsys.readouterr().out
+    assert main(["compare", str(record), str(windy), "--table"]) == 0
+    assert "the runs differ from 0.08 s on" in capsys.readouterr().out
+    assert main(["run", "--resume", str(record), "--keep-orders"]) == 2
+    assert "--keep-orders" in capsys.readouterr().err
+
+
 def test_run_that_is_stopped_in_a_pause_goes_on_with_the_orders_given_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
