@@ -311,12 +311,17 @@ class ParticleFates(NamedTuple):
     gone_modelled: NDArray[np.bool_]
 
 
+_NONE_GONE = np.zeros(0, np.int64), np.zeros(0, np.bool_)
+
+
 def fates_of(booms: Sequence[Containment], ids: NDArray[np.integer]) -> ParticleFates:
     """Return the fates of the particles of oil; `ids` (N,) are those in the water now, and every boom has been updated with them.
 
     What a boom holds is contained, else what booms have lost is lost by the cause at the one that lost it last, of equals the first one.
     """
     standings = [boom.standing() for boom in booms]
+    if not standings:
+        return ParticleFates(np.full(len(ids), int(Fate.AFLOAT)), np.zeros(len(ids), np.bool_), *_NONE_GONE)
     seen = np.unique(np.concatenate([ids.astype(np.int64), *(standing.ids for standing in standings)]))
     fate, held = np.full(len(seen), int(Fate.AFLOAT)), np.zeros(len(seen), np.bool_)
     lost_at, modelled = np.full(len(seen), -np.inf), np.zeros(len(seen), np.bool_)
@@ -327,8 +332,8 @@ def fates_of(booms: Sequence[Containment], ids: NDArray[np.integer]) -> Particle
         fate[row[later]], lost_at[row[later]] = Fate.LOST + standing.cause[later], standing.lost_at[later]
         modelled[row[later]] = standing.modelled[later]
     fate[held] = Fate.CONTAINED
-    here = np.searchsorted(seen, ids)
-    gone = (fate >= Fate.LOST) & ~np.isin(seen, ids)
+    here, gone = np.searchsorted(seen, ids), fate >= Fate.LOST
+    gone[here] = False
     return ParticleFates(fate[here], modelled[here], fate[gone], modelled[gone])
 
 

@@ -28,10 +28,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import EXACT, exactly_inlined
+from oilsim.backend.jit import EXACT, FAST, ONE, ZERO, exactly_inlined, inlined
+from oilsim.backend.simd import LANES, above_zero, below, gather, load, only, positive, spread, summed
 from oilsim.core.phases import Phase
 from oilsim.drops.terminal_speed import terminal_speed
-from oilsim.neighborhood.neighbor_search import nearest_images
+from oilsim.neighborhood.neighbor_search import nearest_images, separations
 
 Real = NDArray[np.float32]
 # [d] within which particles of a liquid are one drop; numerical; between the third and the fourth shell of a lattice
@@ -98,57 +99,75 @@ def nearest_to(i, fluid, points, period, ahead, distance):
     return found, length
 
 
-@exactly_inlined
-def weight_of(square, support):
-    """Compute w of the module's docstring [1] from the square of a distance [m2] within the support radius [m]."""
-    inside = 1.0 - square / (support * support)
-    return inside * inside if inside > 0.0 else 0.0
+@inlined
+def weights_and_others(i, neighborhood, k, last):
+    """Return w of the module's docstring [1] of the neighbours of particle i in the places k to k + LANES, below `last`, as lanes.
 
-
-@njit(**EXACT)
-def fill_shares(begin, end, chosen, neighborhood, phase, share):
-    """Fill share (N,) with S of the module's docstring [1] for the `chosen` (K,) particles; neighborhood: the `Neighborhood`.
-
-    phase (N,) index.
+    0 in lanes beyond; also which neighbours are of another liquid (of another density), and their indices.
     """
-    points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
+    present = below(last, k)
+    j = load(neighborhood.fluid.neighbor, k, present)
+    dx, dy, dz, density = separations(i, neighborhood.points, neighborhood.points, j, neighborhood.period)
+    inverse_support = ONE / neighborhood.support
+    inside = positive(ONE - (dx * dx + dy * dy + dz * dz) * (inverse_support * inverse_support))
+    other = density - neighborhood.points[i, 3]
+    return only(present, inside * inside, ZERO), above_zero(other * other), j
+
+
+@njit(**FAST)
+def fill_shares(begin, end, chosen, neighborhood, share):
+    """Fill share (N,) with S of the module's docstring [1] for the `chosen` (K,) particles; neighborhood: the `Neighborhood`."""
+    fluid = neighborhood.fluid
     for n in range(begin, end):
         i = chosen[n]
-        like = whole = 0.0
-        for k in range(fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])):
-            j = fluid.neighbor[k]
-            dx, dy, dz = nearest_images(
-                points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2], period
-            )
-            weight = weight_of(dx * dx + dy * dy + dz * dz, neighborhood.support)
+        whole = unlike = spread(ZERO)
+        last = fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(fluid.start[i], last, LANES):
+            weight, others, _ = weights_and_others(i, neighborhood, k, last)
             whole += weight
-            if phase[j] == phase[i]:
-                like += weight
-        share[i] = like / whole if whole > 0.0 else 0.0
+            unlike += only(others, weight, ZERO)
+        all_weights = summed(whole)
+        share[i] = ONE - summed(unlike) / all_weights if all_weights > ZERO else ZERO
+
+
+@njit(**FAST)
+def fill_drop_shares(begin, end, chosen, neighborhood, share, drop):
+    """Fill drop (K,) with S' of the module's docstring [1] for the `chosen` (K,) particles, from S of all in share (N,) [1].
+
+    neighborhood: the `Neighborhood`.
+    """
+    fluid = neighborhood.fluid
+    for n in range(begin, end):
+        i = chosen[n]
+        shares = weights = spread(ZERO)
+        last = fluid.start[i] + np.int64(fluid.number[i])
+        for k in range(fluid.start[i], last, LANES):
+            weight, others, j = weights_and_others(i, neighborhood, k, last)
+            like = only(others, ZERO, weight)
+            weights += like
+            shares += like * gather(share, j)
+        drop[n] = (share[i] + summed(shares)) / (ONE + summed(weights))
 
 
 @njit(**EXACT)
-def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, speeds, scales, partner):
+def choose_partners(begin, end, chosen, drop, neighborhood, liquid, velocity, kappa, speeds, scales, partner):
     """Fill partner (K,) with the index of the particle with which each of the `chosen` (K,) changes place in this step.
 
     It is `RESTS` for a particle that is no drop on its way, and `WAITS` for one whose turn has not come.
-    neighborhood: the `Neighborhood`; liquid: phase (N,), id (N,) and share S (N,) [1] of the particles, and densities of the phases
-    [kg/m3]; velocity (3, N) [m/s]; kappa (N,) pressure impulse [m2/s]; speeds: see `drop_speeds` [m/s]; scales: spacing [m], length of the
+    drop (K,) S' [1]; neighborhood: the `Neighborhood`; liquid: phase (N,) and id (N,) of the particles, densities of the phases [kg/m3];
+    velocity (3, N) [m/s]; kappa (N,) pressure impulse [m2/s]; speeds: see `drop_speeds` [m/s]; scales: spacing [m], length of the
     step [s], slope of kappa in liquid at rest [m/s], dimension, number of the step.
     """
     points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
-    phase, identity, share, densities = liquid
+    phase, identity, densities = liquid
     spacing, time_step, at_rest, dimension, number = scales
     near = (CLOSE * spacing) ** 2
     for n in range(begin, end):
         i = chosen[n]
         partner[n] = RESTS
-        if share[i] > AMID:
-            continue
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         alike, unlike = 0, 0
         gx = gy = gz = ux = uy = uz = around = 0.0
-        drop, weights = np.float64(share[i]), 1.0
         vx, vy, vz = np.float64(velocity[0, i]), np.float64(velocity[1, i]), np.float64(velocity[2, i])
         for k in range(first, last):
             j = fluid.neighbor[k]
@@ -163,13 +182,11 @@ def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, s
                 around += densities[phase[j]]
                 ux, uy, uz = ux + velocity[0, j], uy + velocity[1, j], uz + velocity[2, j]
                 continue
-            weight = weight_of(square, neighborhood.support)
-            drop, weights = drop + weight * share[j], weights + weight
             if square < near:
                 alike += 1
                 vx, vy, vz = vx + velocity[0, j], vy + velocity[1, j], vz + velocity[2, j]
-        steep, drop = math.sqrt(gx * gx + gy * gy + gz * gz), drop / weights
-        if unlike == 0 or alike > LARGEST or steep == 0.0 or drop >= FADING[1]:
+        steep = math.sqrt(gx * gx + gy * gy + gz * gz)
+        if unlike == 0 or alike > LARGEST or steep == 0.0:
             continue
         way = -1.0 / steep if densities[phase[i]] * unlike < around else 1.0 / steep
         ahead = way * gx, way * gy, way * gz
@@ -183,7 +200,7 @@ def choose_partners(begin, end, chosen, neighborhood, liquid, velocity, kappa, s
             + ahead[1] * (vy / (1 + alike) - uy / unlike)
             + ahead[2] * (vz / (1 + alike) - uz / unlike)
         )
-        fade = min(1.0, (FADING[1] - drop) / (FADING[1] - FADING[0]))
+        fade = min(1.0, (FADING[1] - drop[n]) / (FADING[1] - FADING[0]))
         steepness = dimension * steep / (at_rest * np.int64(fluid.number[i]))
         missing = fade * (speeds[phase[i], phase[j], alike] * math.sqrt(steepness) - max(0.0, slip))
         if missing > 0.0:

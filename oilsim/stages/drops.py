@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.core.state import FluidState
-from oilsim.drops.drift import RESTS, choose_partners, fill_shares, pairs_of
+from oilsim.drops.drift import AMID, FADING, RESTS, choose_partners, fill_drop_shares, fill_shares, pairs_of
 from oilsim.step.arrays import Index, Neighbors
 from oilsim.step.context import StepContext
 
@@ -22,14 +22,19 @@ def move_drops(
     """
     config, constants = context.config, context.constants
     assert constants.drop_speeds is not None
-    chosen = np.unique(np.concatenate(minor))
-    partner, share = np.empty(chosen.size, np.int64), np.ones(len(neighbors.points))  # of others: amid their own liquid
-    neighborhood = neighbors.neighborhood
-    context.team.run(fill_shares, chosen.size, chosen, neighborhood, state.phase, share)
+    chosen = minor[0] if len(minor) == 1 else np.unique(np.concatenate(minor))
+    neighborhood, team = neighbors.neighborhood, context.team
+    share = np.ones(len(neighbors.points), np.float32)  # of others: amid their own liquid
+    team.run(fill_shares, chosen.size, chosen, neighborhood, share)
+    chosen = chosen[share[chosen] <= AMID]
+    drop = np.empty(chosen.size, np.float32)
+    team.run(fill_drop_shares, chosen.size, chosen, neighborhood, share, drop)
+    chosen, drop = chosen[drop < FADING[1]], drop[drop < FADING[1]]
+    partner = np.empty(chosen.size, np.int64)
     at_rest = math.hypot(*config.gravity) * state.time_step
     scales = config.particle_spacing, time_step, at_rest, config.dimension, state.steps
-    context.team.run(
-        choose_partners, chosen.size, chosen, neighborhood, (state.phase, state.id, share, constants.densities), state.velocity,
+    team.run(
+        choose_partners, chosen.size, chosen, drop, neighborhood, (state.phase, state.id, constants.densities), state.velocity,
         state.pressure_impulse, constants.drop_speeds, scales, partner,
     )  # fmt: skip
     partner[partner >= neighbors.awake] = RESTS

@@ -41,6 +41,7 @@ class Scoring:
         self._world = world
         self._level, self._sea = level, simulators.sea
         self._oils = [name for name, phase in scenario.phases.items() if phase.is_oil]
+        self._particle_oils = [] if self._slicks else self._oils
         self._bearing = scenario.bearing  # of the x axis, from north
         self._orders = tuple(_orders(fleet.vessels, self._bearing))
         self._announced_until = -math.inf  # [s]
@@ -77,7 +78,7 @@ class Scoring:
         level = self._level + sea.rise(time)
         for boom in self.booms:
             boom.lose(time, self._fluid, world, level)
-        oil = Oil(*self._particles(), slicks=self._slicks)
+        oil = Oil(self._positions(), self._ids(), slicks=self._slicks)
         current = np.array([*sea.current([level], time)[0], 0.0])
         for boom in self.booms:
             recovered = sum(float(one.get("oil")) for one in self._at_boom[boom.name])
@@ -87,7 +88,7 @@ class Scoring:
         """Return all oil by its fate, as its carrier tells it."""
         for one in self._slicks:
             return one.slick.oil
-        ids, volume, passage = self._particles()[1], self._fluid.config.rest_volume, self._passage
+        ids, volume, passage = self._ids(), self._fluid.config.rest_volume, self._passage
         entered, left = (sum(count[name] for name in self._oils) for count in (passage.entered, passage.left))
         spilled = self.ledger.begin_with((len(ids) + left - entered) * volume) + entered * volume
         return particle_rows([boom.containment for boom in self.booms], ids, volume, spilled=spilled, left=left)
@@ -165,13 +166,15 @@ class Scoring:
         """Return the scores of the run so far, by boom."""
         return {boom.name: boom.summary() for boom in self.booms}
 
-    def _particles(self) -> tuple[Array, NDArray[np.uint32]]:
-        """Return positions (N, 3) [m] and ids (N,) of the oil that is particles."""
-        if self._slicks or not self._oils:
-            return np.zeros((0, 3)), np.zeros(0, np.uint32)
-        positions = [self._fluid.phase_positions(name) for name in self._oils]
-        ids = [self._fluid.phase_ids(name) for name in self._oils]
-        return np.concatenate(positions).astype(np.float64), np.concatenate(ids)
+    def _positions(self) -> Array:
+        """Return the positions (N, 3) [m] of the oil that is particles."""
+        of_oils = [self._fluid.phase_positions(name) for name in self._particle_oils]
+        return np.concatenate([np.zeros((0, 3)), *of_oils])
+
+    def _ids(self) -> NDArray[np.uint32]:
+        """Return the ids (N,) of the oil that is particles, in the order of its positions."""
+        of_oils = [self._fluid.phase_ids(name) for name in self._particle_oils]
+        return np.concatenate([np.zeros(0, np.uint32), *of_oils])
 
 
 def _orders(vessels: Iterable[Vessel], bearing: float) -> Iterator[tuple[float, str]]:

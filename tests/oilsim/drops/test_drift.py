@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from oilsim.backend.thread_team import Team
 from oilsim.core.state import FluidState
-from oilsim.drops.drift import RESTS, choose_partners, draw, fill_shares, pairs_of
+from oilsim.drops.drift import RESTS, choose_partners, draw, fill_drop_shares, fill_shares, pairs_of
 from oilsim.drops.terminal_speed import terminal_speed
 from oilsim.stages.pairs import search_neighbors
 from oilsim.step.context import StepContext
@@ -177,13 +177,16 @@ def test_a_drop_moves_against_the_gradient_of_pressure_at_its_speed(tilt: float)
     ahead, time_step = np.array([math.sin(tilt), 0.0, math.cos(tilt)]), 0.004
     state.pressure_impulse = (-9.81 * time_step * ahead @ state.position).astype(np.float32)
     chosen, partner, moved = np.array([middle], np.uint32), np.empty(1, np.int64), np.zeros(3)
-    share = np.ones(len(places))
-    fill_shares(0, 1, chosen, neighbors.neighborhood, state.phase, share)
-    assert share[middle] == 0.0
+    points = neighbors.neighborhood.points
+    points[:, :3], points[:, 3] = state.position.T, context.constants.weights[state.phase]
+    share, drop = np.ones(len(places), np.float32), np.empty(1, np.float32)
+    fill_shares(0, 1, chosen, neighbors.neighborhood, share)
+    fill_drop_shares(0, 1, chosen, neighbors.neighborhood, share, drop)
+    assert share[middle] == drop[0] == 0.0
     for number in range(4000):
         scales = D, time_step, 9.81 * time_step, 3, number
         choose_partners(
-            0, 1, chosen, neighbors.neighborhood, (state.phase, state.id, share, context.constants.densities), state.velocity,
+            0, 1, chosen, drop, neighbors.neighborhood, (state.phase, state.id, context.constants.densities), state.velocity,
             state.pressure_impulse, context.constants.drop_speeds, scales, partner,
         )  # fmt: skip
         if partner[0] >= 0:
