@@ -50,6 +50,8 @@ CORNER_REACH = (
     1.5  # spacings from the inset layer within which its points' cells cover a corner or edge; farther is thin
 )
 LARGEST = 1e6  # particles on a surface: a boundary for mistakes, such as millimetres taken for metres
+CORE_STEP = 0.5  # lattice step of the core, in particle spacings
+CORE_CELLS = 32  # lattice steps along the side of a cube as large as the solid's box at most
 KEPT = 64  # samplings that are kept, of the shapes that were asked for last
 INNER_DEPTH = 1.1  # spacings: a core that is nowhere deeper is too thin for points of its own
 
@@ -70,6 +72,7 @@ class SurfaceSampling:
         plate_normal: (M, 3) unit normals [1] of the points of plates that are too thin to hold liquid by their thickness, 0 of others; None
             if there are none.
         particle_spacing: d [m].
+        core: (K, 4) places [m] and volumes [m3] of what is deeper than the layers.
     """
 
     position: Array
@@ -82,6 +85,7 @@ class SurfaceSampling:
     minimum_thickness: float
     plate_normal: Array | None
     particle_spacing: float
+    core: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +119,7 @@ def particles_of(
     return BoundaryParticles(
         name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip,
         contact_angle=contact_angle, normal=sampling.plate_normal,
+        displaced=np.concatenate([np.column_stack([sampling.position, sampling.volume]), sampling.core]),
     )  # fmt: skip
 
 
@@ -179,7 +184,16 @@ def _sampled(task: _Task) -> SurfaceSampling:
         minimum_thickness=thickness,
         plate_normal=plate_normals(solid, position, spacing) if is_loose else None,
         particle_spacing=spacing,
+        core=_core(solid, spacing),
     )
+
+
+def _core(solid: SignedDistance, spacing: float) -> Array:
+    """Return places [m] and volumes [m3], (K, 4), that make up what is deeper than the two layers."""
+    step = max(CORE_STEP * spacing, float(np.cbrt(np.prod(solid.upper - solid.lower))) / CORE_CELLS)
+    center, phi = solid.lattice(step, -np.inf, -2.0 * spacing + 0.5 * step)
+    share = np.clip(0.5 - (phi + 2.0 * spacing) / step, 0.0, 1.0)
+    return np.column_stack([center, step**3 * share])[share > 0.0]
 
 
 def _sampled_solid(mesh: trimesh.Trimesh, spacing: float, thickness: float, within: Box | None) -> trimesh.Trimesh:

@@ -38,6 +38,8 @@ class BoundaryParticles:
     no_slip   whether viscous liquids stick to this surface; otherwise they slide along it without friction
     contact_angle  [deg] at which interfaces meet this surface, through the liquid with the larger interfacial tension
     normal    (M, 3) unit normals [1] of points of plates that no particle may cross (see `plate_guard`), 0 of others; None: there are none
+    displaced (K, 4) places [m] and volumes [m3] that make up the whole solid, which well-balanced water lifts (see `rest_pressure`); None:
+              those of the particles, as in solids that are nowhere deeper than the layers
 
     ValueError for arrays of other shapes, and for numbers that are not finite or, of volume and area, negative.
     """
@@ -49,6 +51,7 @@ class BoundaryParticles:
     no_slip: bool = False
     contact_angle: float = quantity_of(Wetting, "contact_angle")
     normal: NDArray[np.float64] | None = None
+    displaced: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         require(f"boundary {self.name!r}", BoundaryParticles, {"contact_angle": self.contact_angle})
@@ -66,6 +69,11 @@ class BoundaryParticles:
             raise ValueError(
                 f"boundary {self.name!r}: normal has shape {self.normal.shape}, allowed: (M, 3) as position, or None"
             )
+
+    @property
+    def whole(self) -> NDArray[np.float64]:
+        """Return places [m] and volumes [m3] that make up the solid, (K, 4)."""
+        return np.column_stack([self.position, self.volume]) if self.displaced is None else self.displaced
 
     def part(self, name: str, chosen: NDArray[np.bool_]) -> BoundaryParticles:
         """Return the `chosen` (M,) bool of these particles as a boundary of its own."""
@@ -194,10 +202,13 @@ def solid_box(
     if dimension == 2:
         depth[:, 1] = np.inf
     chosen = depth.min(axis=1) < LAYERS * spacing
+    whole = np.column_stack([position, lengths.prod(axis=1)])
     position, lengths, depth = position[chosen], lengths[chosen], depth[chosen]
     # area: every side a particle faces, an edge faces two
     facing = np.where(depth < spacing, lengths.prod(axis=1)[:, None] / lengths, 0.0).sum(axis=1)
-    return BoundaryParticles(name=name, position=position, volume=lengths.prod(axis=1), area=facing, no_slip=no_slip)
+    return BoundaryParticles(
+        name=name, position=position, volume=lengths.prod(axis=1), area=facing, no_slip=no_slip, displaced=whole
+    )
 
 
 def sides_of(periodic: tuple[bool, bool, bool], dimension: int = 3) -> tuple[str, ...]:

@@ -326,6 +326,11 @@ class Walls:
         """Return wrenches (bodies, 6) [N, N m] of 0 in the order of the moving bodies."""
         return np.zeros((len(self.moving), 6))
 
+    def displaced(self) -> tuple[Double, Double, NDArray[np.int64]]:
+        """Return arms (K, 3) [m] and volumes (K,) [m3] that make up the moving bodies, and the number (K,) of each one's body."""
+        turn = rotation_matrix([body.orientation for body in self.moving.values()])[self._whole_owner]
+        return np.einsum("kij,kj->ki", turn, self._whole[:, :3]), self._whole[:, 3], self._whole_owner
+
     def receive(self, impulses: Double) -> None:
         """Give impulses (bodies, 6) [N s, N m s] to the moving bodies, and change their twists by M^-1 P."""
         if not self.moving:
@@ -376,6 +381,9 @@ class Walls:
         self.bodies_hold = bool(no_slip[self.resting :].any())
         self._grid = self._search.grid
         self._near_resting = self._search.surroundings(np.ascontiguousarray(self.position[:, : self.resting]))
+        wholes = [self.boundaries[h].whole for h in self.moving]
+        self._whole = np.concatenate([np.empty((0, 4)), *wholes])
+        self._whole_owner = np.repeat(np.arange(len(wholes)), [len(each) for each in wholes])
         self._local = np.concatenate([np.empty((3, 0)), *(self.boundaries[h].position.T for h in self.moving)], axis=1)
         sizes = [len(self.boundaries[h].volume) for h in self.moving]
         self.owner = np.repeat(np.arange(len(sizes), dtype=np.uint16), sizes)

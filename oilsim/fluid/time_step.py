@@ -45,7 +45,7 @@ from oilsim.core.config import swing_time_step
 from oilsim.core.state import FluidState
 from oilsim.neighborhood.neighbor_search import Neighborhood, nearest_images, rows
 from oilsim.neighborhood.smoothing_kernels import SUPPORT
-from oilsim.pressure.rest_pressure import rest_pressure
+from oilsim.pressure.rest_pressure import RestLaw
 from oilsim.step.context import StepContext
 
 # [1] share of the particles whose relative speed is ignored; numerical; torn off drops collide at speeds far above the rest
@@ -249,6 +249,6 @@ def pressure_head(context: StepContext, state: FluidState) -> NDArray[np.float32
     if state.rest_top > -math.inf:
         kick = -context.config.gravity[2] * state.time_step
         spacing = context.config.particle_spacing
-        impulse = impulse - rest_pressure(state.position[2, chosen], state.rest_top, spacing, kick).impulse
+        impulse = impulse - RestLaw(state.rest_top, spacing, kick).of(state.position[2, chosen]).impulse
     head: NDArray[np.float32] = impulse * (weight / np.float32(state.time_step))
     return head

@@ -11,11 +11,16 @@ and its slope is that of the formula:
 
     v -= dt (rho_ref / rho_0) [ H (kappa - q) + grad q ].
 
-H q and grad q agree within the error of the sums, so pressures and loads are those of the full sums. Bodies feel the sums of the whole
-pressure. The swings that q would cause are gone. What is left of the pressure keeps particles in order, beside walls and bodies above all.
-So the share is what the step needs, at most SHARE, and none in short steps. The idea is that of well-balanced schemes for shallow water
-and for the atmosphere (Audusse et al. 2004; Botta et al. 2004), which hold a still state exactly. Momentum is kept within the error of the
-sums: their pairs are antisymmetric, and the slope is that of a formula.
+H q and grad q agree within the error of the sums, so pressures are those of the full sums. Bodies feel what the liquid beside them feels:
+the sums of kappa - q, and of q the lift of the volume that they displace,
+
+    P = rho_ref sum_k V_k (-dq/dz)(z_k) (e_z, r_k x e_z)    over the places k that make up the body.
+
+By the sums of q they would feel how the particles beside them lie: a sphere that moves by a third of a spacing gets a fiftieth of its lift
+more or less, as much as half of a wave's force. The swings that q would cause are gone. What is left of the pressure keeps particles in
+order, beside walls and bodies above all. So the share is what the step needs, at most SHARE, and none in short steps. The idea is that of
+well-balanced schemes for shallow water and for the atmosphere (Audusse et al. 2004; Botta et al. 2004), which hold a still state exactly.
+Momentum is kept as far as liquid and bodies fill the volume: pairs are antisymmetric, and the slope acts on both alike.
 """
 
 from __future__ import annotations
@@ -53,6 +58,23 @@ class RestPressure(NamedTuple):
     slope: Real
 
 
+class RestLaw(NamedTuple):
+    """The part of the pressure of water at rest that acts by its slope: top and spacing d [m], kick g dt [m/s], share [1]."""
+
+    top: float
+    spacing: float
+    kick: float
+    share: float = SHARE
+
+    def of(self, height: NDArray[np.floating]) -> RestPressure:
+        """Return q and its slope at `height` (N,) [m]."""
+        fade, slope = np.float32(FADE * self.spacing), np.float32(self.share * self.kick)
+        depth = np.maximum(np.float32(self.top) - height, np.float32(0.0))
+        inside = np.minimum(depth, fade)
+        impulse = slope * (np.float32(0.5) / fade * inside * inside + (depth - inside))
+        return RestPressure(impulse, slope / fade * inside)
+
+
 def top_of_rest(height: Real, surface: NDArray[np.uint8], impulse: Real, spacing: float, kick: float) -> float:
     """Return the height [m] below which the pressure of water at rest acts by its slope; infinitely deep without a free surface.
 
@@ -69,12 +91,3 @@ def needed_share(head: float, rest_head: float, allowed: float) -> float:
     head: the highest pressure over density; rest_head: that of water at rest, by the whole of f, at the deepest particle; all [m2/s2].
     """
     return min(max(0.0, head - allowed) / rest_head, SHARE) if rest_head > 0.0 else 0.0
-
-
-def rest_pressure(height: Real, top: float, spacing: float, kick: float, share: float = SHARE) -> RestPressure:
-    """Return the pressure of water at rest at `height` (N,) [m] below `top` [m]; spacing d [m], kick g dt [m/s], share [1] of it."""
-    fade, slope = np.float32(FADE * spacing), np.float32(share * kick)
-    depth = np.maximum(np.float32(top) - height, np.float32(0.0))
-    inside = np.minimum(depth, fade)
-    impulse = slope * (np.float32(0.5) / fade * inside * inside + (depth - inside))
-    return RestPressure(impulse, slope / fade * inside)

@@ -22,7 +22,7 @@ from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackSca
 from oilsim.neighborhood.neighbor_search import indices, mark_around
 from oilsim.pressure.bounded_solver import Pressures, System
 from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, velocity_divergence
-from oilsim.pressure.rest_pressure import RestPressure, needed_share, rest_pressure, top_of_rest
+from oilsim.pressure.rest_pressure import RestLaw, RestPressure, needed_share, top_of_rest
 from oilsim.pressure.rigid_response import RigidResponse, extend_jacobians, sum_reach
 from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays
@@ -53,8 +53,25 @@ def apply_last_pressure(
             hold_waterline, state.awake, neighbors.neighborhood.walls, pairs.wall_pressure.waterline, state.pressure_impulse,
             pressed(context, time_step), np.float32(time_step), state.velocity,
         )  # fmt: skip
-    operator.accelerate(state.pressure_impulse[: state.listed], _rest(context, surface, state, time_step))
+    law = _rest_law(context, surface, state, time_step)
+    rest = None if law is None else law.of(state.position[2, : state.listed])
+    operator.accelerate(state.pressure_impulse[: state.listed], rest)
+    if law is not None and pairs.contacts.particle.size:
+        context.walls.receive(lift_of_rest(context, law, pairs.contacts.body))
     return operator
+
+
+def lift_of_rest(context: StepContext, law: RestLaw, touching: NDArray[np.integer]) -> NDArray[np.float64]:
+    """Return the impulses (bodies, 6) [N s, N m s] of water at rest on the bodies that it touches, by their numbers `touching` (K,)."""
+    walls = context.walls
+    arm, volume, owner = walls.displaced()
+    middle = np.array([body.position[2] for body in walls.moving.values()])
+    wet = np.isin(owner, touching)
+    push = wet * volume * law.of(arm[:, 2] + middle[owner]).slope * context.constants.reference_density
+    impulse = walls.zero_forces()
+    for axis, share in ((2, push), (3, arm[:, 1] * push), (4, -arm[:, 0] * push)):
+        impulse[:, axis] = np.bincount(owner, share, len(impulse))
+    return impulse
 
 
 def _start_from_last(state: FluidState, time_step: float) -> None:
@@ -70,8 +87,8 @@ def _start_from_last(state: FluidState, time_step: float) -> None:
     state.time_step = time_step
 
 
-def _rest(context: StepContext, surface: NDArray[np.uint8], state: FluidState, time_step: float) -> RestPressure | None:
-    """Return the part of the pressure that acts by its slope, of all particles that are listed; None where this step needs none.
+def _rest_law(context: StepContext, surface: NDArray[np.uint8], state: FluidState, time_step: float) -> RestLaw | None:
+    """Return the part of the pressure that acts by its slope; None where this step needs none.
 
     Only a well-balanced liquid with a free surface has it.
     """
@@ -79,15 +96,17 @@ def _rest(context: StepContext, surface: NDArray[np.uint8], state: FluidState, t
     if not config.well_balanced or state.awake == 0:
         return None
     height, moving = state.position[2, : state.listed], slice(0, state.awake)
-    scales = config.particle_spacing, -config.gravity[2] * time_step
-    state.rest_top = top_of_rest(height[moving], surface[moving], state.pressure_impulse[moving], *scales)
+    kick = -config.gravity[2] * time_step
+    state.rest_top = top_of_rest(
+        height[moving], surface[moving], state.pressure_impulse[moving], config.particle_spacing, kick
+    )
     if not height.min() < state.rest_top:
         return None
-    deepest = rest_pressure(height[moving].min(keepdims=True), state.rest_top, *scales, 1.0).impulse
+    whole = RestLaw(state.rest_top, config.particle_spacing, kick, 1.0)
+    deepest = float(whole.of(height[moving].min(keepdims=True)).impulse[0]) / time_step
     highest = float(state.pressure_impulse[moving].max()) / time_step
-    allowed = swing_head(config.particle_spacing, config.dimension, time_step)
-    share = needed_share(highest, float(deepest[0]) / time_step, allowed)
-    return rest_pressure(height, state.rest_top, *scales, share) if share > 0.0 else None
+    share = needed_share(highest, deepest, swing_head(config.particle_spacing, config.dimension, time_step))
+    return whole._replace(share=share) if share > 0.0 else None
 
 
 def project_velocity(
@@ -253,16 +272,18 @@ class PressureOperator(System):
             self._response.hand_over()
 
     def accelerate(self, kappa: Real, rest: RestPressure | None = None) -> None:
-        """Subtract u of kappa (N,) [m2/s] from the velocities and give the bodies their impulses; `rest` acts by its slope."""
-        self._pressure_velocity(kappa if rest is None else kappa - rest.impulse, self._all)
+        """Subtract u of kappa (N,) [m2/s] from the velocities and give the bodies their impulses.
+
+        `rest` acts on the liquid by its slope, and not on the bodies.
+        """
+        seen = kappa if rest is None else kappa - rest.impulse
+        self._pressure_velocity(seen, self._all)
         velocity = self._velocity[:, : self._count]
         velocity -= self._change[:, : self._count]
         if rest is not None:
             velocity[2] += self._neighbors.weight[: self._count] * rest.slope[: self._count]
         if self._response.present:
-            if rest is not None:
-                self._pressure_velocity(kappa, self._neighbors.touching)  # for the push of the whole pressure
-            self._response.accept(kappa)
+            self._response.accept(seen)
 
     def _pressure_velocity(self, kappa: Real, chosen: Index) -> None:
         self._team.run(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,11 +92,10 @@ def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
     samplings = sampled(met, window.settings.spacing)
     return {
         solid.name: WindowBody(
-            surface=solid.surface(samplings[id(solid.placed.mesh)]),
-            mesh=solid.placed.mesh,
-            **_foot_below(window, solid),
+            surface=replace(surface, displaced=np.empty((0, 4))) if pile else surface, mesh=solid.placed.mesh, **pile
         )
         for solid in met
+        for surface, pile in [(solid.surface(samplings[id(solid.placed.mesh)]), _foot_below(window, solid))]
     }
 
 

@@ -8,7 +8,7 @@ import pytest
 from oilsim import block, tank_walls
 from oilsim.core.config import swing_head, swing_time_step
 from oilsim.gradients.free_surface import FreeSurface
-from oilsim.pressure.rest_pressure import FADE, SHARE, needed_share, rest_pressure, top_of_rest
+from oilsim.pressure.rest_pressure import FADE, SHARE, RestLaw, needed_share, top_of_rest
 from tests.oilsim.conftest import disturbed, operator_of, prepare
 
 KICK = 0.0981  # g dt [m/s]
@@ -17,8 +17,8 @@ KICK = 0.0981  # g dt [m/s]
 def test_the_slope_is_the_derivative() -> None:
     spacing, step = 0.1, 1e-3
     height = np.linspace(-1.0, 0.2, 241).astype(np.float32)
-    below = rest_pressure(height - np.float32(step), 0.0, spacing, KICK)
-    above, here = (rest_pressure(height + np.float32(add), 0.0, spacing, KICK) for add in (step, 0.0))
+    below = RestLaw(0.0, spacing, KICK).of(height - np.float32(step))
+    above, here = (RestLaw(0.0, spacing, KICK).of(height + np.float32(add)) for add in (step, 0.0))
     np.testing.assert_allclose((below.impulse - above.impulse) / (2.0 * step), here.slope, atol=2e-3 * KICK)
     assert not here.impulse[height >= 0.0].any()
     deep = height < -FADE * spacing
@@ -81,7 +81,7 @@ def test_sums_and_slope_agree_but_for_noise(make_fluid, particles) -> None:
     state, arrays = fluid.state, fluid.arrays
     whole = (np.float32(KICK) * (1.0 - state.position[2])).astype(np.float32)
     top = top_of_rest(state.position[2], arrays.sums.surface, whole, spacing, KICK)
-    rest = rest_pressure(state.position[2], top, spacing, KICK)
+    rest = RestLaw(top, spacing, KICK).of(state.position[2])
     by_sums, balanced = rise(fluid, operator, whole), rise(fluid, operator, whole, rest)
     below = (state.position[2] < top - FADE * spacing) & (state.position[2] > 4.0 * spacing)
     assert by_sums[2, below].mean() == pytest.approx(balanced[2, below].mean(), rel=0.01)

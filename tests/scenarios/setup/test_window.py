@@ -206,3 +206,37 @@ def test_a_pile_down_to_the_sea_bed_is_pushed_by_waves_and_told(tmp_path: Path) 
     steepest = [sea.acceleration(points, time)[:, 0].mean() for time in np.linspace(3.0, 6.0, 60)]
     whole = 2.0 * 1027.0 * np.pi * 0.25 * 2.5 * np.ptp(steepest)
     assert 0.5 < np.ptp(force[60:]) / whole < 1.1
+
+
+BALL = """
+fidelity = "fine"
+name = "ball"
+run = {duration = 8.0, communication_step = STEP, threads = 1}
+fluid = {particle_spacing = 0.25}
+phases.water = {density = 1027.0, dynamic_viscosity = 1.05e-3}
+sea = {depth = 10.0, waves = {height = 0.3, period = 4.0, build_up = 2.0}}
+bodies.ball = {shape = "sphere", radius = 1.25, position = [0.0, 0.0, -2.5], motion = "fixed"}
+window = {target = [0.0, 0.0], size = [11.0, 11.0], depth = 5.0}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("step", [0.1, 0.05, 0.025])
+def test_a_ball_under_water_has_its_wave_force_in_every_step(tmp_path: Path, step: float) -> None:
+    """Inertia 3/2 rho V a (Lamb 1932, sec. 92), two thirds of it by Froude and Krylov; 10 spacings across."""
+    (tmp_path / "ball.toml").write_text(BALL.replace("STEP", str(step)))
+    scenario = load_scenario(tmp_path / "ball.toml").scenario
+    assembly = build(scenario)
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    spec, found = resolve(scenario), []
+    sea = build_sea(spec.sea_at(0.0), spec.run, spec.site, spec.liquid)
+    for _ in range(round(8.0 / step)):
+        simulation.step()
+        time = simulation.communication_point.time
+        force = assembly.frame_source(simulation.communication_point).bodies["ball"].wrench[0]
+        found.append((force, sea.acceleration(np.array([[0.0, 0.0, -2.5]]), time - 0.5 * step)[0, 0]))
+    simulation.terminate("done")
+    forces, pushes = np.array(found)[-round(4.0 / step) :].T
+    inertia = 1.5 * 1027.0 * 4.0 / 3.0 * np.pi * 1.25**3
+    assert forces @ pushes / (pushes @ pushes) == pytest.approx(inertia, rel=0.05)
