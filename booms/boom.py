@@ -7,12 +7,13 @@ The section is given in the design frame of a segment (x along the boom, z up fr
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from booms.fast_water import Pocket
 from oilsim.core.physical_constants import SEA_WATER_DENSITY
@@ -192,7 +193,7 @@ class BoomDesign:
                 f"buoyancy_to_weight is {wanted:g}, allowed: {lowest:.3g} to {highest:.3g} for this freeboard"
                 f" ({self.freeboard:g} m), skirt depth ({self.skirt_depth:g} m) and skirt thickness ({self.skirt_thickness:g} m)"
             )
-        draft = _bisect(lambda e: wanted - section_buoyancy_to_weight(self._with_draft(e)), smallest, largest)
+        draft = brentq(lambda e: wanted - section_buoyancy_to_weight(self._with_draft(e)), smallest, largest)
         return replace(
             self._with_draft(draft),
             length=self.length,
@@ -241,14 +242,3 @@ class BoomDesign:
             ballast_fraction=self.ballast_fraction,
             water_density=self.water_density,
         )
-
-
-def _bisect(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return the root of an increasing function between low and high."""
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if function(middle) < 0.0:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)

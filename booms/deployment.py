@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
@@ -23,6 +24,11 @@ from booms.segments import BoomSegment, boom_segment
 from coupling.solids.bodies import MassProperties, mass_properties
 
 Array = NDArray[np.float64]
+
+# [1] ln of the catenary's parameter, in lengths of the boom, among which that of a gap is sought; numerical; folded, and straight
+NARROWEST, WIDEST = math.log(1e-6), math.log(1e6)
+# [1] slope of a chain that hangs along the stream; numerical; its mean sine is 1 less 5e-9
+STEEPEST = 1e4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,8 +95,8 @@ class BoomLayout:
 def catenary_chain(segment_count: int, gap_ratio: float) -> Array:
     """Compute the vertices (segment_count + 1, 2) [-] of a chain of length 1 with its ends at (-+ gap_ratio / 2, 0) and its apex at y < 0.
 
-    Each link has the length 1 / segment_count and, at its middle, the slope tan(psi) = s / a of the catenary. Bisection finds a from the
-    gap, sum cos(psi) / segment_count, which grows with a. A gap_ratio of 1 gives a straight chain. Raises ValueError for a gap ratio that
+    Each link has the length 1 / segment_count and, at its middle, the slope tan(psi) = s / a of the catenary; a follows from the gap,
+    sum cos(psi) / segment_count, which grows with a. A gap_ratio of 1 gives a straight chain. Raises ValueError for a gap ratio that
     is not above 0 and at most 1, or that is too narrow for an odd number of segments.
     """
     if not 0.0 < gap_ratio <= 1.0 + 1e-9:
@@ -102,19 +108,16 @@ def catenary_chain(segment_count: int, gap_ratio: float) -> Array:
     if gap_ratio >= 1.0 - 1e-9:
         angle = np.zeros(segment_count)
     else:
-        low, high = 1e-9, 1e6
-        for _ in range(200):
-            parameter = math.sqrt(low * high)
-            if np.cos(np.arctan(middle / parameter)).mean() < gap_ratio:
-                low = parameter
-            else:
-                high = parameter
-        angle = np.arctan(middle / math.sqrt(low * high))
-        if not math.isclose(float(np.cos(angle).mean()), gap_ratio, rel_tol=1e-6):
+
+        def excess(exponent: float) -> float:
+            return float(np.cos(np.arctan(middle / math.exp(exponent))).mean()) - gap_ratio
+
+        if excess(NARROWEST) > 0.0:
             raise ValueError(
                 f"gap ratio {gap_ratio:g} is too narrow for {segment_count} segment{'' if segment_count == 1 else 's'},"
                 " allowed: an even number of segments, 2 or more"
             )
+        angle = np.arctan(middle / math.exp(brentq(excess, NARROWEST, WIDEST)))
     links = np.stack([np.cos(angle), np.sin(angle)], axis=1) / segment_count
     chain = np.concatenate([np.zeros((1, 2)), np.cumsum(links, axis=0)])
     return chain - [0.5 * chain[-1, 0], 0.0]
@@ -152,8 +155,8 @@ def stream_chain(segment_count: int, across: float, along: float) -> Array:
     """Compute the vertices (segment_count + 1, 2) [-] of a chain of length 1 in a stream along +y, from the origin to (across, along).
 
     It is the catenary of the module's equation, with its axis along the stream and ends at different heights: tan(psi) = (s - s0) / a.
-    Bisection finds s0 from the way along the stream, mean sin(psi) = -along, for each a, and a from the way across it, mean cos(psi) =
-    across, which grows with a. Raises ValueError for ends that lie in line with the stream, or too far apart.
+    s0 follows from the way along the stream, mean sin(psi) = -along, for each a, and a from the way across it, mean cos(psi) = across,
+    which grows with a. Raises ValueError for ends that lie in line with the stream, or too far apart.
     """
     if not across > 1e-3:
         share = round(100.0 * across, 1) + 0.0  # without the sign of a zero
@@ -165,16 +168,16 @@ def stream_chain(segment_count: int, across: float, along: float) -> Array:
         apart = 100.0 * math.hypot(across, along)
         raise ValueError(f"its ends lie {apart:.4g} % of its length apart, allowed: less than its length, in a stream")
     middle = (np.arange(segment_count) + 0.5) / segment_count
-    low, high = 1e-6, 1e6
-    for _ in range(100):
-        parameter = math.sqrt(low * high)
-        angle = _hanging(middle, parameter, along)
-        low, high = (parameter, high) if np.cos(angle).mean() < across else (low, parameter)
-    links = np.stack([np.cos(angle), -np.sin(angle)], axis=1) / segment_count
-    if not math.isclose(float(links[:, 0].sum()), across, rel_tol=1e-4, abs_tol=1e-5):
+
+    def excess(exponent: float) -> float:
+        return float(np.cos(_hanging(middle, math.exp(exponent), along)).mean()) - across
+
+    if excess(NARROWEST) > 0.0:
         raise ValueError(
             f"{segment_count} segments cannot hang between these ends, allowed: more segments, or wider ends"
         )
+    angle = _hanging(middle, math.exp(brentq(excess, NARROWEST, WIDEST)), along)
+    links = np.stack([np.cos(angle), -np.sin(angle)], axis=1) / segment_count
     chain = np.concatenate([np.zeros((1, 2)), np.cumsum(links, axis=0)])
     chain.flags.writeable = False  # all callers have the same one
     return chain
@@ -182,15 +185,12 @@ def stream_chain(segment_count: int, across: float, along: float) -> Array:
 
 def _hanging(middle: Array, parameter: float, along: float) -> Array:
     """Return the slopes psi (S,) [rad] at places `middle` (S,) [-] of a catenary of that parameter whose mean sin(psi) is -along."""
-    reach = 1.0 + 100.0 * parameter
-    low, high = -reach, 1.0 + reach
-    for _ in range(100):
-        apex = 0.5 * (low + high)
-        if np.sin(np.arctan((middle - apex) / parameter)).mean() > -along:
-            low = apex
-        else:
-            high = apex
-    return np.asarray(np.arctan((middle - apex) / parameter))
+    slope, far = (
+        middle / parameter,
+        STEEPEST + 1.0 / parameter,
+    )  # apex in units of the parameter, which is small where links are steep
+    apex = brentq(lambda place: float(np.sin(np.arctan(slope - place)).mean()) + along, -far, far)
+    return np.asarray(np.arctan(slope - apex))
 
 
 def line_in_stream(boom: Boom, start: tuple[float, float], end: tuple[float, float], stream: float) -> Array:

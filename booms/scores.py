@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from oilsim.core.physical_constants import GRAVITY, KNOT, STANDARD_GRAVITY
 
@@ -29,18 +30,12 @@ def skirt_drag_coefficient() -> float:
 def catenary_parameter(boom_length: float, gap_ratio: float) -> float:
     """Solve for the parameter a [m] of a towed boom's catenary: L = 2 a sinh(gap / (2 a)), gap = gap_ratio L.
 
-    Bisection solves sinh(u) / u = 1 / gap_ratio with u = gap / (2 a). Raises ValueError unless 0 < gap_ratio < 1.
+    It solves ln(sinh(u) / u) = -ln gap_ratio with u = gap / (2 a). Raises ValueError unless 0 < gap_ratio < 1.
     """
     if not 0.0 < gap_ratio < 1.0:
         raise ValueError(f"gap ratio {gap_ratio:g} is not allowed: it must lie between 0 and 1")
-    low, high = 1e-9, 700.0
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if math.sinh(middle) / middle < 1.0 / gap_ratio:
-            low = middle
-        else:
-            high = middle
-    return gap_ratio * boom_length / (low + high)
+    half = brentq(lambda u: math.log(math.sinh(u) / u) + math.log(gap_ratio), 1e-9, 700.0)
+    return 0.5 * gap_ratio * boom_length / half
 
 
 def tow_force(

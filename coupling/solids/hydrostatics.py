@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 Array = NDArray[np.float64]
 
@@ -74,7 +75,7 @@ def hydrostatics(mesh: trimesh.Trimesh, waterline: float) -> Hydrostatics:
 
 
 def waterline_for_volume(mesh: trimesh.Trimesh, displaced_volume: float) -> float:
-    """Return the height z [m] of the waterplane at which the upright mesh displaces `displaced_volume` [m3], by bisection.
+    """Return the height z [m] of the waterplane at which the upright mesh displaces `displaced_volume` [m3].
 
     Raises ValueError for a volume that is not between 0 and the mesh's.
     """
@@ -83,13 +84,12 @@ def waterline_for_volume(mesh: trimesh.Trimesh, displaced_volume: float) -> floa
             f"displaced volume {displaced_volume:g} m3 must lie between 0 and the mesh's {mesh.volume:g} m3"
         )
     low, high = (float(z) for z in mesh.bounds[:, 2])
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if hydrostatics(mesh, middle).displaced_volume < displaced_volume:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+
+    def excess(z: float) -> float:
+        cut = low < z < high
+        return (hydrostatics(mesh, z).displaced_volume if cut else mesh.volume * (z >= high)) - displaced_volume
+
+    return float(brentq(excess, low, high))
 
 
 class Cut(NamedTuple):
