@@ -12,6 +12,7 @@ import pytest
 
 from scenarios.schema.bodies import MeshBody
 from scenarios.schema.parsing.compass import PLACES
+from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
 from scenarios.schema.parsing.structuring import COMPASS
 from scenarios.schema.sea import RegularSeaWaves, SteadySeaCurrent, SteadySeaWind
@@ -50,6 +51,16 @@ def problems_of(extra: str, *, instead: dict[str, str] | None = None) -> dict[st
         text = text.replace(old, new)
     with pytest.raises(ScenarioError) as caught:
         scenario_from(tomllib.loads(text + extra))
+    return {problem.path: problem.text for problem in caught.value.problems}
+
+
+def problems_with(*overrides: str) -> dict[str, str]:
+    """Problems, by path, of the small scenario with entries changed or added."""
+    data = tomllib.loads(SMALL)
+    for override in overrides:
+        data = with_override(data, *parse_override(override))
+    with pytest.raises(ScenarioError) as caught:
+        scenario_from(data)
     return {problem.path: problem.text for problem in caught.value.problems}
 
 
@@ -512,6 +523,40 @@ stretch = true
         load_scenario("u-sweep", overrides=["forcing.current.speed=0.2"])
 
 
+KEYS_THAT_WERE = (
+    *(
+        f"fluid.{key}"
+        for key in ("density_tolerance", "viscosity_tolerance", "density_iterations", "divergence_iterations")
+    ),
+    *(f"fluid.{key}" for key in ("viscosity_iterations", "explicit_viscosity", "cfl")),
+    *(f"fill.pool.{key}" for key in ("inside", "axis")),
+    *(f"sea.waves.{key}" for key in ("stretching", "theory", "phase", "phase_deg", "highest_frequency", "count")),
+    *(f"sea.wind.{key}" for key in ("highest_frequency", "drift_layer", "deflection", "deflection_deg", "longest_gap")),
+    *("sea.current.longest_gap", "sea.langmuir.convergence", "sea.langmuir.jet", "booms.main.seed"),
+    *("bodies.pole.angular_velocity", "bodies.pole.angular_velocity_deg", "bodies.pole.motion.release"),
+    *(f"recording.{key}" for key in ("water_every", "surface_rate", "checkpoints_kept")),
+)
+
+
+@pytest.mark.parametrize("key", KEYS_THAT_WERE)
+def test_a_key_that_was_says_what_to_write_now(key: str) -> None:
+    assert problems_with(f"{key}=1")[key].startswith("is no more, allowed: ")
+
+
+@pytest.mark.parametrize(
+    "key, word",
+    [
+        *(("bodies.pole.shape", shape) for shape in ("polygon", "capsule", "wigley")),
+        *(("bodies.pole.motion.kind", kind) for kind in ("ramp", "table", "rotation")),
+        ("fill.pool.shape", "sphere"),
+    ],
+)
+def test_a_word_that_was_a_value_says_what_to_write_now(key: str, word: str) -> None:
+    assert problems_with("bodies.pole.shape=box", f"{key}={word}")[key].startswith(
+        f"is {word!r}, which is no more, allowed: "
+    )
+
+
 def test_an_exercise_offers_fidelities_and_refuses_others() -> None:
     """A tank is fine, and none without it; a table of changes offers another one."""
     for name, fidelity, boxes in (
@@ -528,7 +573,9 @@ def test_an_exercise_offers_fidelities_and_refuses_others() -> None:
         load_scenario("u-sweep", overrides=["fidelity=live"])
     with pytest.raises(ScenarioError, match=r"fidelity is 'fine', allowed in this exercise: none; fine needs"):
         load_scenario("shore-seal", overrides=["fidelity=fine"])
-    with pytest.raises(ScenarioError, match=r"run\.detail is no more: a \[tank\], a \[window\] or neither says it"):
+    with pytest.raises(
+        ScenarioError, match=r"run\.detail is no more, allowed: fidelity = .*; a \[tank\], a \[window\] or neither"
+    ):
         load_scenario("u-sweep", overrides=["run.detail=none"])
     assert problems_of("[fidelities.best]\nrun.seed = 2")["fidelities.best"].startswith("is no fidelity, allowed")
 
