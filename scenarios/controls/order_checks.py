@@ -13,11 +13,12 @@ from typing import Any, get_args
 
 from scenarios.controls.signals import Signal, signals_of
 from scenarios.controls.table import KEYS, NEW_TABLES, contradictions, matches, why_unfelt
-from scenarios.schema.cross_checks import Parts, problems_between
+from scenarios.schema.cross_checks import problems_between
 from scenarios.schema.parsing.compass import section_without_compass
 from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import as_data, spellings, structure
+from scenarios.schema.tables import Parts
 from scenarios.text.problems import Problem, ScenarioError, moved, suggestion, unknown
 
 SIGNALS_SHOWN = 8  # signals that an error names

@@ -20,8 +20,8 @@ from oilsim.core.quantity import Quantity, quantities
 from oilsim.oil.ledger import BoomOil, OilRows
 from scenarios.controls.table import driven_entries
 from scenarios.schema.bodies import Fixed
-from scenarios.schema.cross_checks import Parts
 from scenarios.schema.exercise import BoomSettings, body_of, segment_names
+from scenarios.schema.tables import Parts
 
 if TYPE_CHECKING:
     from booms.recovery.skimming import SkimmingParticipant

@@ -12,9 +12,9 @@ from dataclasses import dataclass, is_dataclass, replace
 from fnmatch import fnmatch
 from typing import Any
 
-from scenarios.schema.cross_checks import Parts
 from scenarios.schema.parsing.relations import entries_at, entries_of
 from scenarios.schema.parsing.structuring import spellings
+from scenarios.schema.tables import Parts
 from scenarios.text.problems import Problem
 
 

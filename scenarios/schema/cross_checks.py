@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from oilsim.core.config import FURTHEST
@@ -17,17 +16,13 @@ from oilsim.core.phases import RIGHT_ANGLE
 from oilsim.core.quantity import SHORTEST_DIRECTION
 from oilsim.sea.flows import ALONG
 from recordings.model.exercise import GROUND
-from scenarios.schema.bodies import Body, MeshBody
-from scenarios.schema.criteria import CriterionSettings, criteria_problems
-from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of, line_problems, segment_names
-from scenarios.schema.fmu_settings import FmuSettings
-from scenarios.schema.injects import InjectSettings
+from scenarios.schema.bodies import MeshBody
+from scenarios.schema.criteria import criteria_problems
+from scenarios.schema.exercise import body_of, line_problems, segment_names
 from scenarios.schema.liquid import (
     LEAK_MARGIN,
     Fill,
     FluidSettings,
-    PhaseSettings,
-    PipeEmitterSettings,
     SlabFill,
     Tank,
     afloat_problems,
@@ -37,12 +32,13 @@ from scenarios.schema.liquid import (
     lost_oil_problems,
     top_of_water,
 )
-from scenarios.schema.moorings import MooringSettings, TieSettings, mooring_problems, reel_problems, tie_problems
+from scenarios.schema.moorings import mooring_problems, reel_problems, tie_problems
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.schema.parsing.relations import entries_at, is_given, references, shown
-from scenarios.schema.recovery import SkimmerSettings, skimmer_problems
-from scenarios.schema.run_settings import BodyProbe, Fidelity, Probe, RunSettings, SiteSettings
-from scenarios.schema.sea import SeaSettings, ShoreSettings
+from scenarios.schema.recovery import skimmer_problems
+from scenarios.schema.run_settings import BodyProbe
+from scenarios.schema.sea import SeaSettings
+from scenarios.schema.tables import NAMED_TABLES, Parts
 from scenarios.schema.window import WindowTable, window_place
 from scenarios.text.problems import Problem, unknown
 
@@ -52,63 +48,6 @@ ROLES = ("instructor", "observer")  # of the console, whose crews have the names
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.bodies, which takes a second to import
 SINGULAR = {"phases": "phase", "bodies": "body", "vessels": "vessel", "booms": "boom"}  # of tables that are referred to
 MOST_PARTICLES = 1e8  # some 300 GB of memory
-NAMED_TABLES = (
-    "phases",
-    "fill",
-    "emitters",
-    "bodies",
-    "vessels",
-    "booms",
-    "moorings",
-    "ties",
-    "skimmers",
-    "injects",
-    "criteria",
-    "probes",
-    "fmus",
-)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Parts:
-    """The valid parts of a scenario, all names that it defines by table, and the tables that are given."""
-
-    names: Mapping[str, tuple[str, ...]]
-    given: frozenset[str]
-    run: RunSettings | None = None
-    fluid: FluidSettings | None = None
-    tank: Tank | None = None
-    phases: Mapping[str, PhaseSettings] = field(default_factory=dict)
-    fill: Mapping[str, Fill] = field(default_factory=dict)
-    emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
-    window: Mapping[str, WindowTable] = field(default_factory=dict)
-    bodies: Mapping[str, Body] = field(default_factory=dict)
-    vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
-    booms: Mapping[str, BoomSettings] = field(default_factory=dict)
-    moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
-    ties: Mapping[str, TieSettings] = field(default_factory=dict)
-    skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
-    tow: TowSettings | None = None
-    sea: SeaSettings | None = None
-    shore: ShoreSettings | None = None
-    injects: Mapping[str, InjectSettings] = field(default_factory=dict)
-    criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
-    probes: Mapping[str, Probe] = field(default_factory=dict)
-    fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
-    site: SiteSettings | None = None
-    fidelity: Fidelity | None = None
-    fidelities: Mapping[str, object] | None = None
-
-    @property
-    def boxes(self) -> frozenset[str]:
-        """The kind of box that the run has particles in, "tank" or "window"; empty without any."""
-        kinds = () if self.fidelity == "none" else ("window", "tank")
-        return frozenset([kind for kind in kinds if kind in self.given][:1])
-
-    def as_run(self) -> Parts:
-        """Return the parts with those boxes alone that the run has."""
-        tank, window = self.tank if "tank" in self.boxes else None, self.window if "window" in self.boxes else {}
-        return replace(self, tank=tank, window=window)
 
 
 def problems_between(parts: Parts) -> Iterator[Problem]:

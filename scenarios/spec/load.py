@@ -9,11 +9,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, get_args
 
-from scenarios.schema.cross_checks import NAMED_TABLES, Parts
 from scenarios.schema.parsing.compass import without_compass
 from scenarios.schema.parsing.overrides import merged, parse_override, with_override
 from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import COMPASS, structure
+from scenarios.schema.tables import NAMED_TABLES, Parts
 from scenarios.schema.window import ALONE, WindowTable, tables_by_name
 from scenarios.spec.scenario import Scenario, problems_of
 from scenarios.text.problems import Problem, ScenarioError, moved, suggestion, unknown

@@ -11,11 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 
 from oilsim.core.quantity import quantity_of
 from oilsim.sea import SeaDescription
-from scenarios.schema.bodies import Body, Free
-from scenarios.schema.criteria import CriterionSettings
-from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
-from scenarios.schema.fmu_settings import FmuSettings
-from scenarios.schema.injects import InjectSettings
+from scenarios.schema.bodies import Free
 from scenarios.schema.liquid import (
     SOMEWHERE,
     Fill,
@@ -26,10 +22,9 @@ from scenarios.schema.liquid import (
     Tank,
     top_of_water,
 )
-from scenarios.schema.moorings import MooringSettings, TieSettings
-from scenarios.schema.recovery import SkimmerSettings
-from scenarios.schema.run_settings import BodyProbe, CameraSettings, Probe, RecordingSettings, RunSettings, SiteSettings
-from scenarios.schema.sea import SeaSettings, ShoreSettings
+from scenarios.schema.run_settings import BodyProbe, CameraSettings, RecordingSettings, RunSettings
+from scenarios.schema.sea import SeaSettings
+from scenarios.schema.tables import Tables
 from scenarios.schema.window import WindowTable, window_place
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
@@ -85,7 +80,7 @@ class LiquidSpec:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunSpec:
+class RunSpec(Tables):
     """A scenario as it is run, with its tables as they are felt.
 
     tank      the box with walls whose particles `fill`, `emitters` and `probes` are about; None without one, and then these are empty
@@ -100,30 +95,12 @@ class RunSpec:
     text: str
     run: RunSettings
     fluid: FluidSettings
-    phases: Mapping[str, PhaseSettings]
-    tank: Tank | None
-    window: Mapping[str, WindowTable]
     domain: Tank
-    fill: Mapping[str, Fill]
-    emitters: Mapping[str, PipeEmitterSettings]
     spills: Mapping[str, Fill]
     sources: Mapping[str, PipeEmitterSettings]
     sea: SeaSettings
-    shore: ShoreSettings | None
-    bodies: Mapping[str, Body]
-    vessels: Mapping[str, VesselSettings]
-    booms: Mapping[str, BoomSettings]
-    moorings: Mapping[str, MooringSettings]
-    ties: Mapping[str, TieSettings]
-    skimmers: Mapping[str, SkimmerSettings]
-    tow: TowSettings | None
-    injects: Mapping[str, InjectSettings]
-    criteria: Mapping[str, CriterionSettings]
-    probes: Mapping[str, Probe]
-    fmus: Mapping[str, FmuSettings]
     recording: RecordingSettings
     camera: CameraSettings | None
-    site: SiteSettings | None
     left_out: tuple[str, ...]
 
     def skimmers_at(self, boom: str) -> tuple[str, ...]:

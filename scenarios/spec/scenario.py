@@ -12,35 +12,27 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from scenarios.schema.bodies import Body
-from scenarios.schema.criteria import CriterionSettings
-from scenarios.schema.cross_checks import NAME_ALLOWED, NAME_PATTERN, NAMED_TABLES, Parts, problems_between
-from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
-from scenarios.schema.fmu_settings import FmuSettings
-from scenarios.schema.injects import InjectSettings
-from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
-from scenarios.schema.moorings import MooringSettings, TieSettings
+from scenarios.schema.cross_checks import NAME_ALLOWED, NAME_PATTERN, problems_between
+from scenarios.schema.liquid import FluidSettings, PhaseSettings
 from scenarios.schema.parsing.quantity_fields import Section
-from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import (
     CameraSettings,
     ExerciseSettings,
     Fidelity,
     Level,
-    Probe,
     RecordingSettings,
     RunSettings,
     SiteSettings,
 )
-from scenarios.schema.sea import SeaSettings, ShoreSettings
-from scenarios.schema.window import WindowTable
+from scenarios.schema.sea import SeaSettings
+from scenarios.schema.tables import NAMED_TABLES, Parts, Tables
 from scenarios.text.problems import Problem
 
 __all__ = ["CameraSettings", "RecordingSettings", "RunSettings", "Scenario", "SiteSettings"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scenario(Section):
+class Scenario(Section, Tables):
     """A whole scenario. Tables of named things (`phases`, `fill`, ...) are mappings from name to settings.
 
     name    name of the scenario; title: one line; text: what the scenario shows, and its source
@@ -64,26 +56,9 @@ class Scenario(Section):
     phases: Mapping[str, PhaseSettings]
     fidelity: Fidelity | None = None
     fidelities: Mapping[str, object] = field(default_factory=dict)
-    tank: Tank | None = None
-    fill: Mapping[str, Fill] = field(default_factory=dict)
-    emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     sea: SeaSettings = field(default_factory=SeaSettings)
-    shore: ShoreSettings | None = None
-    window: Mapping[str, WindowTable] = field(default_factory=dict)
-    bodies: Mapping[str, Body] = field(default_factory=dict)
-    vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
-    booms: Mapping[str, BoomSettings] = field(default_factory=dict)
-    moorings: Mapping[str, MooringSettings] = field(default_factory=dict)
-    ties: Mapping[str, TieSettings] = field(default_factory=dict)
-    skimmers: Mapping[str, SkimmerSettings] = field(default_factory=dict)
-    tow: TowSettings | None = None
-    injects: Mapping[str, InjectSettings] = field(default_factory=dict)
-    criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
-    probes: Mapping[str, Probe] = field(default_factory=dict)
-    fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
     recording: RecordingSettings = field(default_factory=RecordingSettings)
     camera: CameraSettings | None = None
-    site: SiteSettings | None = None
     demo: Mapping[str, object] = field(default_factory=dict)
     level: Level = "normal"
     levels: Mapping[str, object] = field(default_factory=dict)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import pytest
 
 from oilsim.core.quantity import quantity
-from scenarios.schema.cross_checks import NAMED_TABLES, Parts, problems_between
+from scenarios.schema.cross_checks import problems_between
 from scenarios.schema.liquid import BlockFill
 from scenarios.schema.parsing.relations import (
     Relation,
@@ -19,6 +19,7 @@ from scenarios.schema.parsing.relations import (
     only_with,
     together,
 )
+from scenarios.schema.tables import NAMED_TABLES, Parts
 
 
 @dataclass(frozen=True, kw_only=True)
