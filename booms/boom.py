@@ -23,6 +23,10 @@ Array = NDArray[np.float64]
 FloatShape = Literal["cylinder", "box"]
 
 END_TAPER = 0.01  # of a segment's length
+# [N/m] shear stiffness of coated fabric in its plane; assumed; polyester coated with PVC, order of magnitude 5 to 50 kN/m
+FABRIC_SHEAR = 10_000.0
+# [s] relaxation time of coated fabric; assumed; a loss factor of 0.1 at the 5 rad/s of a rolling boom
+FABRIC_RELAXATION = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +86,20 @@ class Boom:
         """Share (segment_count,) [-] of the water's speed at each segment: 1, less in a pocket."""
         shares = np.ones(self.segment_count)
         return shares if self.pocket is None else self.pocket.flow_shares(self.length, self.segment_count)
+
+    @property
+    def twisting_stiffness(self) -> float:
+        """Stiffness [N m/rad] with which the fabric resists that a segment rolls against the next one.
+
+        Bredt's formula for a closed tube, the float's cover: 4 A^2 G t / (s L), with the section A, its girth s, the fabric's shear
+        stiffness G t (`FABRIC_SHEAR`), and L from the middle of one segment to that of the next. The flat skirt adds nothing.
+        """
+        width, height = self.float_width, self.freeboard + self.float_draft
+        if self.float_shape == "box":
+            area, girth = width * height, 2.0 * (width + height)
+        else:
+            area, girth = 0.25 * math.pi * width * height, 0.5 * math.pi * (width + height)
+        return 4.0 * area**2 * FABRIC_SHEAR / (girth * self.segment_length)
 
     @property
     def taper(self) -> float:

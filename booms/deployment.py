@@ -44,13 +44,17 @@ class PlacedBody:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedJoint:
-    """Two bodies that a joint holds together at a point (3,) [m] of the world, free to turn; body_b is None for a joint to the world."""
+    """Two bodies that a joint holds together at a point (3,) [m] of the world, free to turn; body_b is None for a joint to the world.
+
+    twisting_stiffness [N m/rad]: with which it resists that one rolls against the other.
+    """
 
     name: str
     body_a: str
     body_b: str | None
     point: Array
     kind: str = "point"
+    twisting_stiffness: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -327,7 +331,13 @@ def _layout(boom: Boom, line: Array, water_level: float, name: str) -> BoomLayou
         for k in range(boom.segment_count)
     )
     joints = tuple(
-        PlacedJoint(name=f"{name}/joint-{k:02d}", body_a=names[k - 1], body_b=names[k], point=points[k])
+        PlacedJoint(
+            name=f"{name}/joint-{k:02d}",
+            body_a=names[k - 1],
+            body_b=names[k],
+            point=points[k],
+            twisting_stiffness=boom.twisting_stiffness,
+        )
         for k in range(1, boom.segment_count)
     )
     return BoomLayout(boom=boom, segment=segment, segments=bodies, joints=joints, end_points=points[[0, -1]])

@@ -18,6 +18,7 @@ from coupling.bullet.engine_step import Body, EngineStep
 from coupling.bullet.loaded_bodies import LoadedBodies
 from coupling.multibody.broad_phase import BroadPhase
 from coupling.multibody.joint_constraints import PointJoint
+from coupling.multibody.joint_twist import twists_of
 from coupling.multibody.prescribed_motion import (
     AT_REST,
     STILL,
@@ -166,9 +167,20 @@ class RigidBodyWorld(LoadedBodies):
         self._broad_phase.add_half_space(np.array(point, np.float64), np.array(normal, np.float64))
 
     def add_joint(
-        self, name: str, body_a: str, body_b: str | None, point: Vector, kind: Literal["point"] = "point"
+        self,
+        name: str,
+        body_a: str,
+        body_b: str | None,
+        point: Vector,
+        kind: Literal["point"] = "point",
+        *,
+        twisting_stiffness: float = 0.0,
+        relaxation_time: float = 0.0,
     ) -> None:
         """Hold two bodies together at `point` (world frame, [m]), free to turn; with `body_b` None, hold one to the world.
+
+        twisting_stiffness [N m/rad], relaxation_time [s]: with which it resists that one rolls against the other about their x axes
+        (`coupling.multibody.joint_twist`).
 
         Two joints on a line make a hinge. Jointed bodies do not collide with each other. Raises ValueError for a name in use, an unknown
         body, or another kind.
@@ -191,7 +203,16 @@ class RigidBodyWorld(LoadedBodies):
             self._broad_phase.keep_apart(first.row, second.row)
         self._tensions[name] = 0.0
         row = -1 if second is None else second.row
-        self._mobility.joints.append(PointJoint(first.row, row, first_point, second_point))
+        joint = PointJoint(
+            first.row,
+            row,
+            first_point,
+            second_point,
+            twisting_stiffness=twisting_stiffness,
+            relaxation_time=relaxation_time,
+        )
+        self._mobility.joints.append(joint)
+        self.lines.twists = twists_of(self._mobility.joints)
         self._engine.forget()
         self._mobility.forget()
 
@@ -205,6 +226,7 @@ class RigidBodyWorld(LoadedBodies):
         place = list(self._joints).index(name)
         self._client.remove_joint(self._joints.pop(name))
         del self._mobility.joints[place], self._tensions[name]
+        self.lines.twists = twists_of(self._mobility.joints)
         self._parted.append(name)
         for body in self._bodies.values():
             body.is_jointed = any(body.row in (joint.first, joint.second) for joint in self._mobility.joints)

@@ -44,13 +44,18 @@ REGULAR = 1e-9  # relative to the mean diagonal of J W J^T and added to it, beca
 
 @dataclass(frozen=True)
 class PointJoint:
-    """A joint between two rows, with the held point (3,) [m] along each body's axes; second row -1 is the world. It may hold the turn."""
+    """A joint between two rows, with the held point (3,) [m] along each body's axes; second row -1 is the world. It may hold the turn.
+
+    twisting_stiffness [N m/rad] and relaxation_time [s]: see `coupling.multibody.joint_twist`.
+    """
 
     first: int
     second: int
     first_point: Array
     second_point: Array
     holds_turn: bool = False
+    twisting_stiffness: float = 0.0
+    relaxation_time: float = 0.0
 
 
 class Sides(NamedTuple):

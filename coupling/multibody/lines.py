@@ -10,6 +10,7 @@ free and pulls on nothing, until it is made fast between its two points, whereve
 Mooring legs stand among the lines (`coupling.multibody`). The force of a line is computed anew in every sub-step of the rigid bodies,
 whose length h is chosen for it. Symplectic Euler with damping is stable while (h^2 + 2 h tau) EA / L w < 4, with w the sum over both ends
 of the speed along the line by unit impulse [1/kg].
+Joints that resist a twist (`coupling.multibody.joint_twist`) are counted among the lines' pulls.
 Lines that share bodies are stiffer together: there h^2 a + 2 h b < 4, with a the largest eigenvalue of sqrt(k_l k_m) w_lm, k = EA / L,
 b the same with k tau for k, and w_lm the speed at which line l grows by unit impulse along m.
 """
@@ -24,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.master.saved_fields import SavedFields
+from coupling.multibody.joint_twist import Twists, longest_twist_step, twist_torques, twists_of
 from coupling.multibody.mooring_leg import MooringLeg
 from coupling.multibody.rotations import applied, places_of
 from oilsim.backend.jit import njit
@@ -139,6 +141,16 @@ class Lines(SavedFields):
         self._payout_rate: dict[str, float] = {}
         self._impulse = np.zeros((0, 6))
         self._known: _Pulls | None = None
+        self._twists = twists_of([])
+
+    @property
+    def twists(self) -> Twists:
+        """The joints that resist a twist."""
+        return self._twists
+
+    @twists.setter
+    def twists(self, twists: Twists) -> None:
+        self._twists, self._known = twists, None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -165,10 +177,13 @@ class Lines(SavedFields):
         return self._lines[name].laid_length
 
     def longest_step(self, pose: Array, inverse_masses: Array) -> float:
-        """Return the longest sub-step [s] that is stable if all lines (one or more) are taut, and legs as stiff as they are soon.
+        """Return the longest sub-step [s] that is stable if all lines are taut, and legs as stiff as they are soon.
 
         pose (B, 7), inverse_masses (B, 6, 6).
         """
+        twisted = longest_twist_step(self._twists, pose, inverse_masses, STABLE)
+        if not self._lines:
+            return twisted
         rows = [line.stretching(pose) for line in self._lines.values()]
         counts = [len(row) for row in rows]
         stiffness = np.repeat([line.spring(pose) for line in self._lines.values()], counts)
@@ -176,7 +191,8 @@ class Lines(SavedFields):
         compliance = _compliance(np.concatenate(rows), inverse_masses)
         elastic = _largest(compliance, stiffness)
         damping = _largest(compliance, stiffness * relaxation)
-        return STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
+        longest = STABLE / (damping + math.sqrt(damping**2 + STABLE * elastic)) if elastic > 0.0 else math.inf
+        return min(longest, twisted)
 
     def order_length(self, name: str, length: float) -> None:
         """Order the unstretched length [m] at the end of the next advance, reached evenly; ValueError if it is not above 0."""
@@ -242,7 +258,7 @@ class Lines(SavedFields):
         """Return the present wrenches (B, 6) [N, N m] on all bodies, and change nothing; pose (B, 7), twist (B, 6)."""
         rates = [self._payout_rate.get(name, 0.0) for name in self._lines]
         if self._known is None or not self._known.is_of(pose, twist, rates):
-            total, tensions = np.zeros((len(pose), 6)), []
+            total, tensions = twist_torques(self._twists, pose, twist), []
             for line, rate in zip(self._lines.values(), rates, strict=True):
                 tension, wrenches = line.pull(pose, twist, rate)
                 tensions.append(tension)

@@ -50,5 +50,5 @@ def step_rate(
     lasting = wrench + steady(state.earlier_reaction, state.reaction)
     later = state.twist + duration * state.accelerations_under(lasting, gravity)
     leaping = (broad_phase.rate(state.pose, twist, duration) for twist in (state.twist, later))
-    stiff = 1.0 / lines.longest_step(state.pose, state.inverse_masses()) if lines.names else 0.0
+    stiff = 1.0 / lines.longest_step(state.pose, state.inverse_masses())
     return max(min(patient, 1.0 / SHORTEST), stiff, *leaping)

@@ -9,6 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from booms.boom import FABRIC_RELAXATION
 from coupling.bullet.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from oilsim.sea import Sea
@@ -204,7 +205,14 @@ def _world(
         if beach is not None:
             world.add_half_space(beach.waterline, beach.normal)
     for joint in fleet.joints:
-        world.add_joint(joint.name, joint.body_a, joint.body_b, vector(joint.point))
+        world.add_joint(
+            joint.name,
+            joint.body_a,
+            joint.body_b,
+            vector(joint.point),
+            twisting_stiffness=joint.twisting_stiffness,
+            relaxation_time=FABRIC_RELAXATION,
+        )
     for name, boom in plan.booms.items():
         for joint_number in boom.parted if name in fleet.booms else ():
             world.part_joint(joint_name(name, joint_number))

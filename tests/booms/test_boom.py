@@ -1,13 +1,13 @@
 """Boom sections, segments and classes: geometry against formulas, stability, what the fluid can resolve."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from scipy.constants import foot, inch, knot, pound_force
 
-from booms.boom import Boom, BoomDesign, minimum_thickness, section_area, section_buoyancy_to_weight
+from booms.boom import FABRIC_SHEAR, Boom, BoomDesign, minimum_thickness, section_area, section_buoyancy_to_weight
 from booms.catalog import catalogue
 from booms.segments import boom_segment, segment_mesh
 from coupling.solids.hydrostatics import waterline_for_volume
@@ -183,3 +183,17 @@ def test_all_impossible_dimensions_are_named_at_once():
         box_boom(freeboard=-0.1, float_draft=0.3, ballast_fraction=1.0)
     for name in ("freeboard", "float_draft", "ballast_fraction"):
         assert name in str(caught.value)
+
+
+def test_the_twisting_stiffness_of_a_round_float_is_that_of_a_thin_tube() -> None:
+    """2 pi r^3 G t / L, of a tube of radius r: Bredt's formula with A = pi r^2 and s = 2 pi r."""
+    design = BoomDesign(
+        length=30.0, segment_count=10, skirt_depth=0.6, freeboard=0.4, buoyancy_to_weight=8.0, skirt_thickness=0.005
+    )
+    boom = design.boom()
+    radius = 0.5 * boom.float_width
+    assert boom.freeboard + boom.float_draft == pytest.approx(boom.float_width)
+    assert boom.twisting_stiffness == pytest.approx(2.0 * math.pi * radius**3 * FABRIC_SHEAR / 3.0)
+    assert replace(boom, float_shape="box").twisting_stiffness == pytest.approx(
+        (2.0 * radius) ** 3 * FABRIC_SHEAR / 3.0
+    )
