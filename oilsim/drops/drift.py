@@ -9,14 +9,16 @@ pair's momentum; it frees the energy drho g s V of a volume V, which becomes hea
     e = -+ grad p / |grad p|                  the way: against the pressure's gradient for a lighter drop, along it for a heavier one
     S_i = sum_like w_ij / sum w_ij,  w_ij = (1 - r^2 / H^2)^2        share of the own liquid around a particle, over the support H
     S'_i = (S_i + sum_like w_ij S_j) / (1 + sum_like w_ij)           that of its drop: 0.3 of a block of 4 in a plane, 0.6 of a disc
-    w_missing = f(S') max(0, w(1 + m) - (v - u) . e) (|grad p| / (rho g))^(1/2)
+    w_missing = f(S') max(0, w(1 + m) (1 - c)^n - (v - u) . e) (|grad p| / (rho g))^(1/2)
     chance of a step dt: w_missing dt / s, s = (x_j - x_i) . e
 
-m counts the like particles within 1.6 d: the drop has the volume of 1 + m particles. v is the mean velocity of the particle and of these, u
-that of the other liquid within the support, so a cluster that the particles' own flow carries up is not carried up twice. f falls from 1
-to 0 as the drop grows, and is 0 at the surface of a body of liquid, rough as it may be. The partner j is the particle of the other liquid
-nearest to the place d ahead; if a like particle is there, the one nearest to 2 d ahead: the last of a file passes to its front. Draws come
-from the particle's id and the number of the step, so threads, cell order and restarts change nothing. *Modelled.*
+m counts the like particles within 1.6 d: the drop has the volume of 1 + m particles. c is the share of other drops, which hinder it
+(Richardson and Zaki 1954): that of like particles beyond 2.2 d, less half of what is more of them within 1.6 d, as these are its own. v is
+the mean velocity of the particle and of these, u that of the other liquid within the support, so a cluster that the particles' own flow
+carries up is not carried up twice. f falls from 1 to 0 as the drop grows, and is 0 at the surface of a body of liquid, rough as it may be.
+The partner j is the particle of the other liquid nearest to the place d ahead; if a like particle is there, the one nearest to 2 d ahead:
+the last of a file passes to its front. Draws come from the particle's id and the number of the step, so threads, cell order and restarts
+change nothing. *Modelled.*
 """
 
 from __future__ import annotations
@@ -31,12 +33,14 @@ from numpy.typing import NDArray
 from oilsim.backend.jit import EXACT, FAST, ONE, ZERO, exactly_inlined, inlined
 from oilsim.backend.simd import LANES, above_zero, below, gather, load, only, positive, spread, summed
 from oilsim.core.phases import Phase
-from oilsim.drops.terminal_speed import terminal_speed
+from oilsim.drops.terminal_speed import IDEAL, hindered_exponent, terminal_speed
 from oilsim.neighborhood.neighbor_search import nearest_images, separations
 
 Real = NDArray[np.float32]
 # [d] within which particles of a liquid are one drop; numerical; between the third and the fourth shell of a lattice
 CLOSE = 1.6
+# [d] beyond which like particles are other drops; numerical; clusters of 27 end there
+APART = 2.2
 # [1] like particles within CLOSE in the tables; layout; a drop with more is resolved
 LARGEST = 18
 # [1] S' up to which a drop is modelled wholly, and from which on it is resolved; numerical; blocks of 8 have 0.22, of 27 0.43, the rims of
@@ -52,12 +56,13 @@ ASSUMED_TENSION = 0.02
 RESTS, WAITS = -1, -2
 
 
-def drop_speeds(phases: tuple[Phase, ...], spacing: float, dimension: int, gravity: float) -> Real:
-    """Return w(1 + m), (phases, phases, LARGEST + 1) [m/s], of a drop of the first in the second by m.
+def drop_speeds(phases: tuple[Phase, ...], spacing: float, dimension: int, gravity: float) -> tuple[Real, Real]:
+    """Return w(1 + m), (phases, phases, LARGEST + 1) [m/s], of a drop of the first in the second by m, and n (phases, phases) [1].
 
     spacing d [m]; gravity [m/s2], 0 or more.
     """
     speeds = np.zeros((len(phases), len(phases), LARGEST + 1), np.float32)
+    exponents = np.zeros(speeds.shape[:2], np.float32)
     for (i, drop), (j, around) in itertools.permutations(enumerate(phases), 2):
         tension = abs(drop.interfacial_tension - around.interfacial_tension) or ASSUMED_TENSION
         difference = abs(drop.rest_density - around.rest_density)
@@ -66,7 +71,9 @@ def drop_speeds(phases: tuple[Phase, ...], spacing: float, dimension: int, gravi
             speeds[i, j, m] = terminal_speed(
                 size * spacing, around.rest_density, around.dynamic_viscosity, difference, tension, gravity
             )
-    return speeds
+        thin = max(around.dynamic_viscosity, IDEAL)
+        exponents[i, j] = hindered_exponent(float(speeds[i, j, 0]) * spacing * around.rest_density / thin)
+    return speeds, exponents
 
 
 @exactly_inlined
@@ -150,23 +157,24 @@ def fill_drop_shares(begin, end, chosen, neighborhood, share, drop):
 
 
 @njit(**EXACT)
-def choose_partners(begin, end, chosen, drop, neighborhood, liquid, velocity, kappa, speeds, scales, partner):
+def choose_partners(begin, end, chosen, drop, neighborhood, liquid, velocity, kappa, rises, scales, partner):
     """Fill partner (K,) with the index of the particle with which each of the `chosen` (K,) changes place in this step.
 
     It is `RESTS` for a particle that is no drop on its way, and `WAITS` for one whose turn has not come.
     drop (K,) S' [1]; neighborhood: the `Neighborhood`; liquid: phase (N,) and id (N,) of the particles, densities of the phases [kg/m3];
-    velocity (3, N) [m/s]; kappa (N,) pressure impulse [m2/s]; speeds: see `drop_speeds` [m/s]; scales: spacing [m], length of the
+    velocity (3, N) [m/s]; kappa (N,) pressure impulse [m2/s]; rises: see `drop_speeds`; scales: spacing [m], length of the
     step [s], slope of kappa in liquid at rest [m/s], dimension, number of the step.
     """
     points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
     phase, identity, densities = liquid
+    speeds, exponents = rises
     spacing, time_step, at_rest, dimension, number = scales
-    near = (CLOSE * spacing) ** 2
+    near, beyond = (CLOSE * spacing) ** 2, (APART * spacing) ** 2
     for n in range(begin, end):
         i = chosen[n]
         partner[n] = RESTS
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        alike, unlike = 0, 0
+        alike, unlike, apart, beside, outside = 0, 0, 0, 1, 1
         gx = gy = gz = ux = uy = uz = around = 0.0
         vx, vy, vz = np.float64(velocity[0, i]), np.float64(velocity[1, i]), np.float64(velocity[2, i])
         for k in range(first, last):
@@ -175,13 +183,17 @@ def choose_partners(begin, end, chosen, drop, neighborhood, liquid, velocity, ka
                 points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2], period
             )
             square = np.float64(dx * dx + dy * dy + dz * dz)
+            far = square > beyond
+            beside += square < near
             rise = (kappa[j] - kappa[i]) / (square + 1e-12)
             gx, gy, gz = gx + rise * dx, gy + rise * dy, gz + rise * dz
+            outside += far
             if phase[j] != phase[i]:
                 unlike += 1
                 around += densities[phase[j]]
                 ux, uy, uz = ux + velocity[0, j], uy + velocity[1, j], uz + velocity[2, j]
                 continue
+            apart += far
             if square < near:
                 alike += 1
                 vx, vy, vz = vx + velocity[0, j], vy + velocity[1, j], vz + velocity[2, j]
@@ -202,7 +214,9 @@ def choose_partners(begin, end, chosen, drop, neighborhood, liquid, velocity, ka
         )
         fade = min(1.0, (FADING[1] - drop[n]) / (FADING[1] - FADING[0]))
         steepness = dimension * steep / (at_rest * np.int64(fluid.number[i]))
-        missing = fade * (speeds[phase[i], phase[j], alike] * math.sqrt(steepness) - max(0.0, slip))
+        others, own = apart / outside, alike / beside
+        hindered = (1.0 - max(0.0, others - 0.5 * max(0.0, own - others))) ** exponents[phase[i], phase[j]]
+        missing = fade * (speeds[phase[i], phase[j], alike] * hindered * math.sqrt(steepness) - max(0.0, slip))
         if missing > 0.0:
             partner[n] = j if draw(identity[i], number) * length < missing * time_step else WAITS
 

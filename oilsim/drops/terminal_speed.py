@@ -51,3 +51,10 @@ def terminal_speed(
     viscosity = max(viscosity, IDEAL)
     best = 4.0 * density * difference * gravity * diameter**3 / (3.0 * viscosity**2)
     return min(sphere_reynolds(best) * viscosity / (density * diameter), flattened)
+
+
+def hindered_exponent(reynolds: float) -> float:
+    """Compute n of w (1 - c)^n [1], at which drops of a volume share c rise (Richardson and Zaki 1954); reynolds [1] of a single drop."""
+    if reynolds < 1.0:
+        return 4.65 if reynolds < 0.2 else 4.35 * reynolds**-0.03
+    return max(4.45 * reynolds**-0.1, 2.39)

@@ -143,7 +143,7 @@ class StepConstants:
         tensions = [phase.interfacial_tension for phase in config.phases]
         self.tensions = np.array(tensions, np.float32) if any(tensions) else None
         speed_of_drops = drop_speeds(config.phases, d, dimension, math.hypot(*config.gravity))
-        self.drop_speeds = speed_of_drops if speed_of_drops.any() else None
+        self.drop_speeds = speed_of_drops if speed_of_drops[0].any() else None
         self.least_pressure = least_pressure(config.phases, d)
         self.touching_wall = np.float32(wall_coverage(0.0, dimension))
         self.nearest_wall = np.float32(wall_coverage(float(NEAREST), dimension))

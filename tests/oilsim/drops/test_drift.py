@@ -107,6 +107,30 @@ def test_larger_clusters_in_a_plane_rise_by_their_own_flow(count: int) -> None:
     assert (height(fluid, "oil") - first) / (8.0 * D / speed) == pytest.approx(1.15 * speed, rel=0.2)
 
 
+@pytest.mark.parametrize("share", [0.05, 0.2])
+def test_drops_of_a_cloud_hinder_each_other(share: float) -> None:
+    """Richardson and Zaki's w (1 - c)^n, n = 4.45 Re^-0.1; particles drawn at random on their lattice, over some four places."""
+    wide, high, speed = 12, 48, speed_of(1, 3)
+    fluid = with_clusters(0, 3, wide, high, phases=(WATER, OIL))
+    z = fluid.phase_positions("water")[:, 2]
+    drawn = np.random.default_rng(1).random(len(z)) < share
+    oil = fluid.phase_ids("water")[drawn & (z > 0.15 * high * D) & (z < 0.75 * high * D)]
+    fluid.change_phase(oil, "oil")
+
+    def heights() -> Double:
+        found = np.full(2 * fluid.particle_count, math.nan)  # a change of phase gives new ids
+        found[fluid.phase_ids("oil").astype(int)] = fluid.phase_positions("oil")[:, 2]
+        return found
+
+    fluid.advance(2.0 * D / speed)
+    first, begin = heights(), fluid.time
+    inside = (first > 0.3 * high * D) & (first < 0.6 * high * D)
+    fluid.advance(4.0 * D / speed)
+    measured = np.nanmean((heights() - first)[inside]) / (fluid.time - begin)
+    exponent = 4.45 * (speed * D * 1000.0 / 1e-3) ** -0.1
+    assert measured == pytest.approx(speed * (1.0 - share) ** exponent, rel=0.15)
+
+
 def test_water_sinks_in_oil() -> None:
     thick = Phase(name="thick", rest_density=900.0, dynamic_viscosity=0.1)
     speed = speed_of(1, 2, drop=WATER, around=thick)
