@@ -38,13 +38,11 @@ def effective_draft(surface: ArrayLike, foot: ArrayLike) -> Array:
 
 
 Array = NDArray[np.float64]
-Ids = NDArray[np.int64]
 
 # [s] between two looks; numerical: short against waves and against the time d / U in which water passes a skirt
 INTERVAL = 0.1
 LEAST_FRONT = 0.1  # [-] share of its length that a segment counts as front at least, however it lies to the flow
 BEYOND = 1.5  # [spacings] behind the boom at which lost oil appears, and before it at which oil is held back
-STANDING = 0.5  # [-] of the skirt's depth in the water, from which on it holds oil back; assumed
 REACH = 3.0  # [spacings] around that place in which a water particle is looked for
 
 

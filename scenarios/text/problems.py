@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 
 # exit codes of the `oilsim` command: done, failed (the recording up to then is kept), bad input, and Ctrl-C as shells count it
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -67,19 +68,27 @@ REMOVED = {
 }  # fmt: skip
 
 
+_FORMER = (*MOVED, *REMOVED)
+
+
 def moved(path: str) -> str:
     """Say what has become of a key that had another name, or is no more; empty for one that never was.
 
     A word that was a value is asked for behind its key, ``bodies.pole.shape=capsule``.
     """
-    parts = re.split(r"\.|(?==)", path)
-    old = [key for key in (*MOVED, *REMOVED) if _begins_with(parts, re.split(r"\.|(?==)", key))]
+    parts = _parts(path)
+    old = [key for key in _FORMER if key.startswith(parts[0]) and _begins_with(parts, _parts(key))]
     if not old:
         return ""
     longest = max(old, key=len)
     if longest in REMOVED:
         return f"is no more, allowed: {REMOVED[longest]}"
     return f"is now {'.'.join([MOVED[longest], *parts[longest.count('.') + 1 :]])}"
+
+
+@lru_cache(maxsize=4096)
+def _parts(key: str) -> list[str]:
+    return re.split(r"\.|(?==)", key)
 
 
 def _begins_with(parts: list[str], key: list[str]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -29,14 +29,7 @@ from scenarios.schema.moorings import MooringSettings, TieSettings, held_ends, l
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.sea import horizontal
 from scenarios.setup.afloat.boom_lines import lay_off_reel, reel_line, reel_name, strung
-from scenarios.setup.afloat.moorings import (
-    PlacedLeg,
-    leg_name,
-    place_moorings,
-    place_ties,
-    tie_name,
-    tied_shapes,
-)
+from scenarios.setup.afloat.moorings import PlacedLeg, leg_name, place_moorings, place_ties, tie_name, tied_shapes
 from scenarios.setup.solids.placed_solids import Solid
 from scenarios.text.problems import Problem
 from vessels.course import Course, CourseLeg, course_through
@@ -51,17 +44,14 @@ Array = NDArray[np.float64]
 LINE_MASS = 0.1  # [kg/m], mass of a tow line
 LINE_DIAMETER = 0.02  # [m]
 RAKE = 0.15  # length of the slope at each end of a barge, in lengths of the barge
-TOWING_BANDWIDTH = (
-    3.0  # [rad/s], bandwidth of the speed loop; three times a free vessel's: boom and entrained water are heavier
-)
+# [rad/s], bandwidth of the speed loop; three times a free vessel's: boom and entrained water are heavier
+TOWING_BANDWIDTH = 3.0
 # [1] of the thrust astern, by which an engine swings at most as its hull surges in waves; chosen; else one side is cut, and that drives
 SWING = 0.5
-LINE_RELAXATION_TIME = (
-    0.02  # [s], relaxation time of an elastic line, which damps a segment's oscillation within a period or two
-)
-STEERING = (
-    0.5  # [1] moment that a helmsman may ask of a drive, over length and bollard pull; the drive gives what it can
-)
+# [s], relaxation time of an elastic line, which damps a segment's oscillation within a period or two
+LINE_RELAXATION_TIME = 0.02
+# [1] moment that a helmsman may ask of a drive, over length and bollard pull; the drive gives what it can
+STEERING = 0.5
 RUDDER_BANDWIDTH = 0.5  # [rad/s] of the heading of a vessel of REFERENCE_LENGTH with a drive: a rudder takes seconds
 REFERENCE_LENGTH = 15.0  # [m]
 SLACK = 1e-3  # least slack between two points, in lengths of the boom; a straight boom has an unbounded tension
@@ -307,12 +297,7 @@ def _laid(
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
     moored = held_ends(plan.moorings, name, settings.segments)
     tied = tied_ends(plan.ties, name, settings.segments)
-    if (
-        settings.reel is None
-        and not any(isinstance(end, str) for end in settings.ends)
-        and not any(moored)
-        and not any(tied)
-    ):
+    if settings.reel is None and not any((*moored, *tied, *(isinstance(end, str) for end in settings.ends))):
         _require_slack(math.dist(*places), settings.length)
     layout = _layout(name, settings, waters, (places[0], places[1]), line)
     if waters.beach is not None:  # the part of it that reaches over the shore lies there
@@ -385,18 +370,8 @@ def _require_slack(distance: float, length: float) -> None:
 
 
 def _boom(settings: BoomSettings, waters: Waters) -> Boom:
-    design = BoomDesign(
-        length=settings.length,
-        segment_count=settings.segments,
-        skirt_depth=settings.skirt_depth,
-        freeboard=settings.freeboard,
-        buoyancy_to_weight=settings.buoyancy_to_weight,
-        skirt_thickness=settings.skirt_thickness,
-        ballast_fraction=settings.ballast_fraction,
-        base_width=settings.base_width,
-        pocket=settings.pocket,
-        water_density=waters.density,
-    )
+    stated = {item.name: getattr(settings, item.name) for item in fields(BoomDesign) if hasattr(settings, item.name)}
+    design = BoomDesign(**stated | {"segment_count": settings.segments, "water_density": waters.density})
     boom, spacing = design.boom(), waters.spacing
     return boom if spacing is None else boom.resolved_by(spacing)
 

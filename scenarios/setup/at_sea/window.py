@@ -21,8 +21,7 @@ from coupling.solids.hydrostatics import hydrostatics
 from coupling.solids.signed_distance import SignedDistance
 from oilsim import Phase
 from oilsim.sea import Sea
-from oilsim.window.joint_exchange import JointExchange
-from oilsim.window.oil_exchange import OilExchange
+from oilsim.window.oil_exchange import JointExchange, OilExchange
 from oilsim.window.rim import share_kept
 from oilsim.window.settings import WindowSettings
 from oilsim.window.surface_motion import WindowFlow

@@ -14,8 +14,7 @@ from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.surface_flow import UniformFlow
-from oilsim.window.joint_exchange import JointExchange
-from oilsim.window.oil_exchange import OilExchange
+from oilsim.window.oil_exchange import JointExchange, OilExchange
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window
 
