@@ -13,7 +13,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from booms.fast_water import Pocket
 from oilsim.core.physical_constants import SEA_WATER_DENSITY
@@ -201,6 +200,8 @@ class BoomDesign:
         freeboard + e. The ratio falls from a largest value, at which the skirt alone displaces the weight, as e grows.
         ValueError for a ratio that no float of this freeboard and skirt has.
         """
+        from scipy.optimize import brentq  # a third of a second, for those who need it
+
         if self.base_width is not None:
             return self._on_tubes(self.base_width)
         smallest, largest = 1e-3 * self.freeboard, 0.95 * self.skirt_depth

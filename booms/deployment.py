@@ -16,7 +16,6 @@ from typing import Literal
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
@@ -103,6 +102,8 @@ def catenary_chain(segment_count: int, gap_ratio: float) -> Array:
     sum cos(psi) / segment_count, which grows with a. A gap_ratio of 1 gives a straight chain. Raises ValueError for a gap ratio that
     is not above 0 and at most 1, or that is too narrow for an odd number of segments.
     """
+    from scipy.optimize import brentq  # a third of a second, for those who need it
+
     if not 0.0 < gap_ratio <= 1.0 + 1e-9:
         raise ValueError(
             f"gap ratio {gap_ratio:g} is not allowed: it must be above 0 and at most 1, because the ends cannot be farther apart"
@@ -162,6 +163,8 @@ def stream_chain(segment_count: int, across: float, along: float) -> Array:
     s0 follows from the way along the stream, mean sin(psi) = -along, for each a, and a from the way across it, mean cos(psi) = across,
     which grows with a. Raises ValueError for ends that lie in line with the stream, or too far apart.
     """
+    from scipy.optimize import brentq  # a third of a second, for those who need it
+
     if not across > 1e-3:
         share = round(100.0 * across, 1) + 0.0  # without the sign of a zero
         raise ValueError(
@@ -189,10 +192,10 @@ def stream_chain(segment_count: int, across: float, along: float) -> Array:
 
 def _hanging(middle: Array, parameter: float, along: float) -> Array:
     """Return the slopes psi (S,) [rad] at places `middle` (S,) [-] of a catenary of that parameter whose mean sin(psi) is -along."""
-    slope, far = (
-        middle / parameter,
-        STEEPEST + 1.0 / parameter,
-    )  # apex in units of the parameter, which is small where links are steep
+    from scipy.optimize import brentq  # a third of a second, for those who need it
+
+    # in units of the parameter, which is small where links are steep
+    slope, far = middle / parameter, STEEPEST + 1.0 / parameter
     apex = brentq(lambda place: float(np.sin(np.arctan(slope - place)).mean()) + along, -far, far)
     return np.asarray(np.arctan(slope - apex))
 

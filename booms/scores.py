@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from oilsim.core.physical_constants import GRAVITY, KNOT, STANDARD_GRAVITY
 
@@ -34,6 +33,8 @@ def catenary_parameter(boom_length: float, gap_ratio: float) -> float:
     """
     if not 0.0 < gap_ratio < 1.0:
         raise ValueError(f"gap ratio {gap_ratio:g} is not allowed: it must lie between 0 and 1")
+    from scipy.optimize import brentq  # a third of a second, for those who need it
+
     half = brentq(lambda u: math.log(math.sinh(u) / u) + math.log(gap_ratio), 1e-9, 700.0)
     return 0.5 * gap_ratio * boom_length / half
 

@@ -8,13 +8,14 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
+from coupling.master.observer_dispatch import Observer
 from recordings.model.frame import Event, Frame, RunDescription
 
 SECONDS_BETWEEN_LINES = 5.0
 MEMORY = 30.0  # [s] of wall time over which the speed is averaged
 
 
-class ProgressDisplay:
+class ProgressDisplay(Observer):
     """An observer that shows simulated time, real-time factor and the time left."""
 
     def __init__(self, name: str, duration: float, console: Console) -> None:
@@ -69,9 +70,6 @@ class ProgressDisplay:
         """Show the event above the bar."""
         line = f"{event.time:.2f} s  {event.level}: {event.text}"
         self._console.print(line, highlight=False, markup=False, soft_wrap=True)
-
-    def terminated(self, reason: str) -> None:
-        """Do nothing: the display ends with its block."""
 
     def _state(self, time: float) -> str:
         """Write simulated time, real-time factor and time left."""
