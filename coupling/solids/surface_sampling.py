@@ -26,6 +26,7 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from coupling.master.errors import UnresolvedSolidError
 from coupling.solids.even_points import choose_apart, inset_ridges, push_apart, random_distance, sharp_edges
@@ -50,6 +51,8 @@ CORNER_REACH = (
     1.5  # spacings from the inset layer within which its points' cells cover a corner or edge; farther is thin
 )
 LARGEST = 1e6  # particles on a surface: a boundary for mistakes, such as millimetres taken for metres
+ROUND = 0.1  # spacings that a surface may move by where a solid of revolution turns: facets
+ANGLES = (0.39, 1.0, 2.3)  # rad of those turns: no part of a full one
 CORE_STEP = 0.5  # lattice step of the core, in particle spacings
 CORE_CELLS = 32  # lattice steps along the side of a cube as large as the solid's box at most
 KEPT = 64  # samplings that are kept, of the shapes that were asked for last
@@ -73,6 +76,7 @@ class SurfaceSampling:
             if there are none.
         particle_spacing: d [m].
         core: (K, 4) places [m] and volumes [m3] of what is deeper than the layers.
+        turns: (T, 6) twists [m, 1] that leave the surface where it is, about axes of revolution.
     """
 
     position: Array
@@ -86,6 +90,7 @@ class SurfaceSampling:
     plate_normal: Array | None
     particle_spacing: float
     core: Array
+    turns: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +125,7 @@ def particles_of(
         name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip,
         contact_angle=contact_angle, normal=sampling.plate_normal,
         displaced=np.concatenate([np.column_stack([sampling.position, sampling.volume]), sampling.core]),
+        turns=sampling.turns,
     )  # fmt: skip
 
 
@@ -185,7 +191,24 @@ def _sampled(task: _Task) -> SurfaceSampling:
         plate_normal=plate_normals(solid, position, spacing) if is_loose else None,
         particle_spacing=spacing,
         core=_core(solid, spacing),
+        turns=_turns(mesh, solid, position, spacing),
     )
+
+
+def _turns(mesh: trimesh.Trimesh, solid: SignedDistance, points: Array, spacing: float) -> Array:
+    """Return twists (T, 6) [m, 1], unit turns about the axes of inertia about which the solid can turn and stay where it is.
+
+    Points (N, 3) [m] inside it then keep their depth within ROUND spacings, which particles cannot see.
+    """
+    if solid.is_cut or not mesh.is_volume:
+        return np.empty((0, 6))
+    middle, found = np.asarray(mesh.center_mass), []
+    for axis in np.asarray(mesh.principal_inertia_vectors):
+        turned = [Rotation.from_rotvec(angle * axis).apply(points - middle) + middle for angle in ANGLES]
+        off = np.abs(solid.phi(np.concatenate(turned)) - np.tile(solid.phi(points), len(ANGLES)))
+        if off.max() < ROUND * spacing:
+            found.append(np.concatenate([np.cross(middle, axis), axis]))
+    return np.array(found).reshape(-1, 6)
 
 
 def _core(solid: SignedDistance, spacing: float) -> Array:

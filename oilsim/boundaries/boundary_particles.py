@@ -40,6 +40,8 @@ class BoundaryParticles:
     normal    (M, 3) unit normals [1] of points of plates that no particle may cross (see `plate_guard`), 0 of others; None: there are none
     displaced (K, 4) places [m] and volumes [m3] that make up the whole solid, which well-balanced water lifts (see `rest_pressure`); None:
               those of the particles, as in solids that are nowhere deeper than the layers
+    turns     (T, 6) twists [m, 1] that leave the surface where it is: unit turns about axes at right angles of a solid of revolution.
+              Pressure neither brakes nor drives them, however the particles lie; None: there are none
 
     ValueError for arrays of other shapes, and for numbers that are not finite or, of volume and area, negative.
     """
@@ -52,6 +54,7 @@ class BoundaryParticles:
     contact_angle: float = quantity_of(Wetting, "contact_angle")
     normal: NDArray[np.float64] | None = None
     displaced: NDArray[np.float64] | None = None
+    turns: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         require(f"boundary {self.name!r}", BoundaryParticles, {"contact_angle": self.contact_angle})

@@ -326,6 +326,16 @@ class Walls:
         """Return wrenches (bodies, 6) [N, N m] of 0 in the order of the moving bodies."""
         return np.zeros((len(self.moving), 6))
 
+    def turns(self) -> tuple[Double, NDArray[np.int64]]:
+        """Return the twists (T, 6) [m, 1] that leave moving surfaces where they are, world frame, and the numbers (T,) of their bodies."""
+        slots = [(n, h) for n, h in enumerate(self.moving) if self.boundaries[h].turns is not None]
+        twists = [
+            (self.boundaries[h].turns.reshape(-1, 3) @ rotation_matrix(self.moving[h].orientation).T).reshape(-1, 6)  # type: ignore[union-attr]
+            for _, h in slots
+        ]
+        owner = np.repeat([n for n, _ in slots], [len(each) for each in twists]).astype(np.int64)
+        return np.concatenate([np.empty((0, 6)), *twists]), owner
+
     def displaced(self) -> tuple[Double, Double, NDArray[np.int64]]:
         """Return arms (K, 3) [m] and volumes (K,) [m3] that make up the moving bodies, and the number (K,) of each one's body."""
         turn = rotation_matrix([body.orientation for body in self.moving.values()])[self._whole_owner]

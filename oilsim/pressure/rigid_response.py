@@ -21,7 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.jit import ALLOCATING, FAST
+from oilsim.backend.jit import ALLOCATING, FAST, ZERO
 from oilsim.boundaries.contacts import Contacts, add_wrench
 from oilsim.boundaries.walls import Walls
 from oilsim.gradients.gradient_correction import times_symmetric
@@ -70,6 +70,31 @@ def extend_jacobians(contacts, lever, wall_weight, reach, jacobian):
             n = reach[c, row]
             extrapolated = n[0] * lever[i, 6] + n[1] * lever[i, 7] + n[2] * lever[i, 8]
             jacobian[c, row] = wall_weight * contacts.jacobian[c, row] - extrapolated
+
+
+@njit(**FAST)
+def turn_freely(contacts, turns, owner):
+    """Take from the contacts' wrenches their moment about the axes of bodies of revolution, which pressure does not turn.
+
+    It acts along normals, which meet the axis. Sums over particles add moments, of which water's edge gives the most: some
+    0.6 rho g d^2 R a metre brake a wheel that turns in the surface. turns (T, 6) [m, 1] and owner (T,) as from `Walls.turns`.
+    """
+    for c in range(contacts.particle.size):
+        for t in range(owner.size):
+            if owner[t] != contacts.body[c]:
+                continue
+            turn, wrench = turns[t], contacts.jacobian[c]
+            moment = ZERO
+            for row in range(6):
+                moment += np.float32(turn[row]) * wrench[row]
+            for row in range(3, 6):
+                wrench[row] -= moment * np.float32(turn[row])
+            for axis in range(3 if contacts.reach.size else 0):
+                moment = ZERO
+                for row in range(6):
+                    moment += np.float32(turn[row]) * contacts.reach[c, row, axis]
+                for row in range(3, 6):
+                    contacts.reach[c, row, axis] -= moment * np.float32(turn[row])
 
 
 @njit(**FAST)

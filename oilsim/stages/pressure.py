@@ -23,7 +23,7 @@ from oilsim.neighborhood.neighbor_search import indices, mark_around
 from oilsim.pressure.bounded_solver import Pressures, System
 from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, velocity_divergence
 from oilsim.pressure.rest_pressure import RestLaw, RestPressure, needed_share, top_of_rest
-from oilsim.pressure.rigid_response import RigidResponse, extend_jacobians, sum_reach
+from oilsim.pressure.rigid_response import RigidResponse, extend_jacobians, sum_reach, turn_freely
 from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays
 from oilsim.step.context import StepContext
@@ -181,6 +181,9 @@ def pressure_response(
         )  # fmt: skip
         extend_jacobians(contacts, pairs.lever, constants.wall_weight, reach, jacobian)
         contacts = contacts._replace(jacobian=jacobian, reach=reach)
+    turns, owner = walls.turns()
+    if owner.size and contacts.particle.size:
+        turn_freely(contacts, turns, owner)
     return RigidResponse(walls, contacts, push, float(constants.volume) * constants.reference_density)
 
 

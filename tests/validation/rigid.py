@@ -114,5 +114,9 @@ def disc(radius: float, spacing: float) -> BoundaryParticles:
         volumes.append(np.full(count, share))
         areas.append(np.full(count, 2.0 * math.pi * radius / count if layer == 0 else 0.0))
     return BoundaryParticles(
-        name="disc", position=np.concatenate(points), volume=np.concatenate(volumes), area=np.concatenate(areas)
+        name="disc",
+        position=np.concatenate(points),
+        volume=np.concatenate(volumes),
+        area=np.concatenate(areas),
+        turns=np.array([[0.0, 0.0, 0.0, 0.0, 1.0, 0.0]]),
     )

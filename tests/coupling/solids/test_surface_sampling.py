@@ -311,3 +311,26 @@ def test_what_cannot_be_sampled_is_refused() -> None:
         sample_surface(box((9.0, 9.0, 9.0)), 1.0, minimum_thickness=2.0)
     with pytest.raises(ValueError, match=r"too small for particles of 1\.0 m"):
         sample_surface(box((0.1, 0.1, 0.1)), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "axes"),
+    [
+        (trimesh.creation.cylinder(0.3, 1.0), [(0.0, 0.0, 1.0)]),
+        (trimesh.creation.icosphere(3, 0.3), np.eye(3)),
+        (trimesh.creation.box((0.6, 0.6, 1.0)), []),
+        (trimesh.creation.icosphere(4, 0.3).apply_scale((1.0, 1.05, 1.2)), []),
+    ],
+    ids=["cylinder", "ball", "box", "ellipsoid"],
+)
+def test_solids_of_revolution_know_their_axes(mesh: trimesh.Trimesh, axes: list) -> None:
+    """About the axis of a cylinder that is off the origin, and about any of a ball, a turn leaves the surface where it is."""
+    off = np.array((0.2, -0.1, 0.0))
+    turns = sample_surface(mesh.copy().apply_translation(off), 0.05).turns
+    assert len(turns) == len(axes)
+    np.testing.assert_allclose(turns[:, :3], np.cross(off, turns[:, 3:]), atol=1e-6)
+    np.testing.assert_allclose(
+        turns[:, 3:].T @ turns[:, 3:],
+        np.diag(np.sum(np.square(axes), axis=0)) if len(axes) else np.zeros((3, 3)),
+        atol=1e-6,
+    )
