@@ -59,13 +59,14 @@ def tied_lines(booms: Mapping[str, HangingBoom], ties: Sequence[Tie], stream: fl
         state = found.x
     if not np.abs(net.residual(state, last)).max() < TOLERANCE:
         raise ValueError(
-            "booms and ties hang in no shape, allowed: ties that reach, and ends near the place where they hang"
+            f"booms and ties hang in no shape, least of all {net.worst(state, last)}, allowed: ties that reach, and ends near the place"
+            " where they hang"
         )
     for tie, tension in zip(ties, net.tensions(state), strict=True):
         if tension <= 0.0:
             raise ValueError(f"tie {tie.name!r} would be slack, allowed: one shorter than {tie.length:g} m")
-    if not net.is_taut(state):
-        raise ValueError("a boom would be pushed together, allowed: ties that pull its ends apart")
+    if (slack := net.pushed(state)) is not None:
+        raise ValueError(f"boom {slack!r} would be pushed together, allowed: ties that pull its ends apart")
     return net.lines(state)
 
 
@@ -99,13 +100,21 @@ class _Net:
         """Return the tensions of the ties."""
         return np.asarray(state[self._tie_rows])
 
-    def is_taut(self, state: Array) -> bool:
-        """Tell whether tension, not pressure, holds every segment."""
+    def pushed(self, state: Array) -> str | None:
+        """Return the first boom that pressure, not tension, would hold at a segment; None if there is none."""
         pulls = self._pulls(state)
-        return all(
-            bool((np.einsum("sk,sk->s", pulls[name][:-1], _along(self._angles(state, name))) > 0.0).all())
-            for name in self._booms
-        )
+        for name in self._booms:
+            if not (np.einsum("sk,sk->s", pulls[name][:-1], _along(self._angles(state, name))) > 0.0).all():
+                return name
+        return None
+
+    def worst(self, state: Array, lengths: Array) -> str:
+        """Return the boom or tie that is farthest from equilibrium, in words; lengths: of the ties."""
+        missing = np.abs(self.residual(state, lengths))
+        of_booms = {f"boom {name!r}": missing[self._places[name]].max() for name in self._booms}
+        of_ties = {f"tie {tie.name!r}": one for tie, one in zip(self._ties, missing[self._tie_rows], strict=True)}
+        found = {name: math.inf if math.isnan(value) else float(value) for name, value in (of_booms | of_ties).items()}
+        return max(found, key=lambda name: found[name])
 
     def lines(self, state: Array) -> dict[str, Array]:
         """Return the booms' lines (S + 1, 2) [m] in the world."""

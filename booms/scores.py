@@ -153,8 +153,11 @@ class LossSpeeds:
         """True once the tow has begun."""
         return self._lost_before is not None
 
-    def add(self, time: float, tow_speed: float, lost: float, taken_in: float) -> None:
-        """Add a sample at `time` [s]: volume that has passed the boom and volume taken in so far [m3], at `tow_speed` [m/s]."""
+    def add(self, time: float, tow_speed: float, lost: float, taken_in: float, parcel: float = 0.0) -> None:
+        """Add a sample at `time` [s]: volume that has passed the boom and volume taken in so far [m3], at `tow_speed` [m/s].
+
+        parcel [m3]: the most that passes at once. A gross loss is one without its last parcel too: one parcel alone is none.
+        """
         if self._lost_before is None:
             if tow_speed < TOW_BEGINS:
                 return
@@ -166,7 +169,7 @@ class LossSpeeds:
         while self._past[1:] and self._past[1][0] <= begin:
             self._past.pop(0)
         if self._past[0][0] <= begin:
-            self._add_gross(time, net, taken_in)
+            self._add_gross(time, net, taken_in, parcel)
 
     def _add_first(self, time: float, tow_speed: float, share: float) -> None:
         if self.first_loss is not None:
@@ -179,14 +182,14 @@ class LossSpeeds:
             if time - self._above[0] >= self.window * (1.0 - 1e-9):
                 self.first_loss = self._above[1]
 
-    def _add_gross(self, time: float, net: float, taken_in: float) -> None:
+    def _add_gross(self, time: float, net: float, taken_in: float, parcel: float) -> None:
         before, lost = self._gross
         if self.gross_loss is not None and net < before + 0.5 * lost:
             self.gross_loss = None
         since, _, net_then = self._past[0]
         if self.first_loss is None or self.gross_loss is not None:
             return
-        if net - net_then > self.gross_rate * taken_in * (time - since):
+        if net - parcel - net_then > self.gross_rate * taken_in * (time - since):
             self._gross = net_then, net - net_then
             self.gross_loss = self._speed_of_loss()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+LEADING = ("diversion", "funnel")  # deployments of booms that lead oil on: what goes past their end is not lost
 GRAVITY = 9.80665  # [m/s2] standard, of the tonne as a force
 _KILO_FROM = 100.0  # [N] from which a force is written in kN
 _TONNES_FROM = 1000.0  # [N] from which it is written in tonnes too
@@ -18,7 +19,7 @@ CAUSE_IN_WORDS: Mapping[str, str] = {
     "splash_over": "splashed over the boom",
     "around_ends": "swept past the boom's end",
     "through": "passed through the boom, at a joint or a net",
-    "left_the_domain": "left the tank",
+    "left_the_domain": "left the simulated water",
 }
 """Words for each cause, by its name in series and summaries; they complete "oil that ..."."""
 

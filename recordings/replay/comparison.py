@@ -68,7 +68,7 @@ _MEASURES = (
     _Measure("oil_recontained", "oil re-contained", "litres", 1e3, _last),
     _Measure("oil/recovered", "oil recovered by skimmers", "litres", 1e3, _last),
     _Measure("oil/stranded", "oil stranded", "litres", 1e3, _last),
-    _Measure("oil/left_the_domain", "oil that left the tank without being lost", "litres", 1e3, _last),
+    _Measure("oil/left_the_domain", "oil that left the simulated water without being lost", "litres", 1e3, _last),
     _Measure("tow_speed", "mean speed through the water", "kn", _KNOTS, _mean),
     _Measure("normal_speed_held", "largest held speed normal to the boom", "kn", _KNOTS, _largest),
     _Measure("tow_tension/*", "mean tow tension, {}", "kN", 1e-3, _mean),

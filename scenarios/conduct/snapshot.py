@@ -20,7 +20,7 @@ from oilsim.oil.fates import FATES
 from recordings.model import palette
 from recordings.model.exercise import BoomDescription
 from recordings.model.frame import Frame
-from recordings.model.words import CAUSE_IN_WORDS
+from recordings.model.words import CAUSE_IN_WORDS, LEADING
 from scenarios.running.assembly import Assembly
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of, joint_name
 from scenarios.schema.sea import SeaSettings
@@ -252,13 +252,18 @@ def _boom_state(
     prefix = f"metrics/{boom.name}/" if several else "metrics/"
     scalars = {key.removeprefix(prefix): value for key, value in frame.scalars.items() if key.startswith(prefix)}
     gauges = {name: _finite(scalars.get(name)) for name in GAUGES}
+    lost, led_on = _named(scalars, "oil_lost/"), None
+    if boom.deployment in LEADING:  # what it leads on is not lost
+        led_on = lost.pop("around_ends", None) or 0.0
+        gauges["oil_lost"] = max(0.0, (gauges["oil_lost"] or 0.0) - led_on)
     return {
         "line": state.line().round(2).tolist(),
         "normal": state.normal_speed(current).round(3).tolist(),
         "tension": [_finite(round(body.tension, 1)) for body in bodies],
         "parted": _parted(boom, assembly),
         "pull": _named(scalars, "tow_tension/"),
-        "lost": _named(scalars, "oil_lost/"),
+        "lost": lost,
+        "led_on": led_on,
         **gauges,
     }
 

@@ -103,7 +103,7 @@ class SummaryObserver:
             "stage_ms": {stage: 1e3 * total / figures.steps for stage, total in figures.stage_seconds.items()},
             "particles": self._assembly.particle_counts(),
             "bodies": list(self._assembly.body_names),
-            "left_the_tank": {name: count for name, count in self._assembly.fluid_participant.left.items() if count},
+            "left_the_tank": self._left_the_tank(),
             "density_error": {"mean": figures.mean_error, "max": figures.largest_error if figures.steps else None},
             "iterations": figures.mean_iterations,
             "momentum_residual": None if budget is None else budget.momentum_residual,
@@ -120,6 +120,11 @@ class SummaryObserver:
                 for event in self.events
             ],
         }
+
+    def _left_the_tank(self) -> dict[str, int]:
+        """Return the particles that have left a tank, by phase; those that leave a window, or that a skimmer takes, have left none."""
+        left = self._assembly.fluid_participant.left if self._assembly.scenario.tanks else {}
+        return {name: count for name, count in left.items() if count}
 
     def _scores(self) -> dict[str, Any]:
         """Return the scores of each boom, with the largest share of its strength that it has borne; null for one without a strength."""

@@ -20,14 +20,14 @@ from oilsim import Fluid
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.ledger import BoomOil, OilLedger
 from recordings.model.frame import EventLevel
-from recordings.model.words import cause_in_words
+from recordings.model.words import LEADING, cause_in_words
 from recordings.replay.series import WORST
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.liquid import Tank
 from scenarios.schema.sea import SeaSettings
 from scenarios.setup.afloat.boom_lines import track_off_reel
 from scenarios.spec.resolve import LiquidSpec
-from scenarios.watch.slick_oil import oil_of_boom, volume_within
+from scenarios.watch.slick_oil import oil_of_boom, volume_ahead, volume_within
 
 if TYPE_CHECKING:
     from coupling.participants.slick import SlickParticipant
@@ -89,6 +89,7 @@ class BoomScore:
         self._held = HeldSpeed.at(PRACTICE_SPEED, settings.skirt_depth, waves)
         self._towed = HeldSpeed(window=waves) if waves else None  # vessels swing in waves, too
         self._area = np.array(settings.area)
+        self._sweeps, self._leads = settings.kind == "sweep", settings.kind in LEADING
         self._vessels = [body_of(end) for end in settings.ends if isinstance(end, str)]
         self._time: float | None = None
         self.strength_share: float | None = None  # [-] largest along the boom now; None without a strength
@@ -125,7 +126,8 @@ class BoomScore:
         held, step = float(self.held.max()), 0.0 if self._time is None else time - self._time
         self._time = time
         speed = self._tow_speed(time, world, current)
-        self._losses.add(time, speed, found.passed, found.met)
+        led_on = found.lost.get("around_ends", 0.0) if self._leads else 0.0
+        self._losses.add(time, speed, found.passed - led_on, found.met, self._parcel(oil))
         values = found.series() | self._shape(out, level, current) | {"tow_speed": speed, "normal_speed_held": held}
         values |= {"normal_speed_limit": PRACTICE_SPEED}
         values |= self._optional_series(oil, state.line(), level)
@@ -160,6 +162,8 @@ class BoomScore:
         series: dict[str, float] = {}
         if self.closures is not None:
             series["closure_loss_rate"] = self.closures.rate
+        if self._sweeps:
+            series["oil_ahead"] = volume_ahead(oil[:3], line, self.containment)
         if len(self._area):
             series["oil_in_area"] = self._volume_in_area(oil)
         if self.strength_share is not None:
@@ -169,6 +173,11 @@ class BoomScore:
         if self._has_tide:
             series["water_level"] = level
         return series
+
+    def _parcel(self, oil: Oil) -> float:
+        """Return the volume [m3] of the largest parcel or particle."""
+        volumes = [float(one.slick.parcels.volume.max(initial=0.0)) for one in oil.slicks]
+        return max(volumes, default=self._volume)
 
     def _volume_in_area(self, oil: Oil) -> float:
         """Return the volume [m3] of oil in the protected area."""
@@ -224,6 +233,9 @@ class BoomScore:
         share = 100.0 * self._losses.first_share
         first, gross = self._losses.first_loss, self._losses.gross_loss
         for cause, volume in oil.lost.items():
+            if self._leads and cause == "around_ends":
+                self._tell_once("leads", volume > 0.0, "leads oil on past its end", "info")
+                continue
             modelled, words = oil.lost_modelled[cause], cause_in_words(cause)
             begun = self._losses.begun
             self._tell_once(cause, begun and volume > modelled, f"first oil {words} (resolved), {through}")
@@ -238,16 +250,16 @@ class BoomScore:
         self._revoke("gross loss", gross)
 
     def _revoke(self, loss: str, speed: float | None) -> None:
-        """Say that a loss that was told does not count any more."""
+        """Say that half of a loss that was told has come back, after which it may be told again; what was told stands."""
         if speed is None and loss in self._told:
             self._told.remove(loss)
-            text = f"holds again what it had lost: its {loss} does not count"
+            text = f"has taken back half or more of what it lost at its {loss}"
             self._notices.append(Notice(text, level="info", source=f"boom {self.name}"))
 
-    def _tell_once(self, key: str, happens: bool, text: str) -> None:
+    def _tell_once(self, key: str, happens: bool, text: str, level: EventLevel = "warning") -> None:
         if happens and key not in self._told:
             self._told.add(key)
-            self._notices.append(Notice(text, level="warning", source=f"boom {self.name}"))
+            self._notices.append(Notice(text, level=level, source=f"boom {self.name}"))
 
     def _state(self, world: RigidBodyWorld) -> BoomState:
         names = self.segments

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from booms.boom_state import signed_distance
-from oilsim.oil.fates import CAUSES
+from booms.boom_state import nearest_image, signed_distance
+from booms.containment import Containment, fates_of
+from oilsim.oil.fates import CAUSES, Fate
 from oilsim.oil.ledger import BoomOil
 from recordings.model.frame import PhaseFrame
 
@@ -46,6 +48,35 @@ def volume_within(slick: SlickParticipant, corners: NDArray[np.float64]) -> floa
         return 0.0
     within = signed_distance(parcels.position[there], corners)[0] > 0.0
     return float(parcels.volume[there][within].sum())
+
+
+def volume_ahead(
+    oil: tuple[NDArray[np.float64], NDArray[np.uint32], Sequence[SlickParticipant]],
+    line: NDArray[np.float64],
+    boom: Containment,
+) -> float:
+    """Return the oil [m3] that a boom may still meet, ahead of its mouth or on its way into it: afloat, and neither held nor lost.
+
+    line (S + 1, 2) [m] of the boom; oil: positions (N, 3) [m] and ids (N,) of particles, or one slick.
+    """
+    position, ids, slicks = oil
+    for one in slicks:
+        parcels = one.slick.parcels
+        afloat = parcels.fate_codes() == Fate.AFLOAT
+        return float(parcels.volume[afloat][is_ahead(parcels.position[afloat], line)].sum())
+    afloat = fates_of([boom], ids).fate == Fate.AFLOAT
+    places = nearest_image(position[afloat, :2], line.mean(axis=0), boom.options.period)
+    return float(is_ahead(places, line).sum()) * boom.options.particle_volume
+
+
+def is_ahead(places: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which places (N, 2) [m] lie within a boom, or beyond the line through its ends where its mouth opens; line (S + 1, 2)."""
+    middle = 0.5 * (line[0] + line[-1])
+    across = line[-1] - line[0]
+    out = np.array([-across[1], across[0]])
+    out *= np.sign(float((middle - line.mean(axis=0)) @ out))
+    beyond = (places - middle) @ out > 0.0
+    return np.asarray(beyond | (signed_distance(places, line)[0] > 0.0))
 
 
 def phase_of(slick: SlickParticipant, oil: int, sea: Sea, time: float) -> PhaseFrame:

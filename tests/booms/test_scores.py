@@ -129,6 +129,17 @@ def test_one_particle_in_a_short_step_is_no_gross_loss():
     )  # nearly all that is lost within the window is lost at 0.6 m/s
 
 
+def test_one_parcel_of_twenty_litres_is_no_gross_loss_and_two_are():
+    """Of 360 litres 20 go at once, 5.6 % of them in 12 s; a second parcel in that time makes it gross."""
+    for parcels in (1, 2):
+        speeds = LossSpeeds()
+        for step in range(300):
+            lost = 0.02 * sum(0.1 * step >= 5.0 + 6.0 * n for n in range(parcels))
+            speeds.add(0.1 * step, 0.5, lost, 0.36, parcel=0.02)
+        assert (speeds.gross_loss is not None) == (parcels == 2)
+        assert speeds.first_loss == pytest.approx(0.5)
+
+
 def test_gross_loss_is_ten_percent_a_minute():
     speeds = [losses_of([0.01 / 60.0 * rate * k for k in range(40)], speed=lambda t: 0.5) for rate in (9.0, 11.0)]
     assert [one.gross_loss for one in speeds] == [None, pytest.approx(0.5)]

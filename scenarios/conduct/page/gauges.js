@@ -1,6 +1,6 @@
 // Gauges of each boom, and diagrams of the run so far.
 import uPlot from "./vendor/uPlot.esm.js";
-import { KNOT, force, knots, volume } from "./units.js";
+import { KNOT, force, knots, shareOf, volume } from "./units.js";
 
 const entry = (title, value, extra = "", state = "") => `<dl class="gauge ${state}"><dt>${title}</dt><dd>${value}${extra}</dd></dl>`;
 const meter = (value, most, title) => `<meter min="0" max="${most}" value="${Math.min(value ?? 0, most)}" aria-label="${title}"></meter>`;
@@ -11,7 +11,7 @@ export function showGauges(place, scene, state) {
 }
 
 function boomGauges(boom, state, scene) {
-  const held = state.normal_speed_held, limit = scene.speeds.limit, met = state.oil_met;
+  const held = state.normal_speed_held, limit = scene.speeds.limit;
   const pulls = Object.entries(state.pull).map(([end, pull]) => entry(`Pull at ${escape(end)}`, force(pull), meter(pull, boom.full_tension, `Pull at ${escape(end)}`), pull > boom.full_tension ? "bad" : ""));
   const causes = Object.entries(state.lost).filter(([, lost]) => lost > 0).map(([cause, lost]) => {
     const known = scene.causes[cause] ?? { words: cause, color: "#888" };
@@ -23,7 +23,8 @@ function boomGauges(boom, state, scene) {
     ${entry("Gap, of the length", state.gap_ratio == null ? "–" : `${Math.round(100 * state.gap_ratio)} %`)}
     ${pulls.join("")}
     ${entry("Oil held", volume(state.oil_contained))}
-    ${entry("Oil lost", volume(state.oil_lost) + (met > 0 && state.oil_lost > 0 ? `, ${(100 * state.oil_lost / met).toPrecision(2)} %` : ""), "", state.oil_lost > 0 ? "warn" : "")}
+    ${state.led_on == null ? "" : entry("Led on past its end", volume(state.led_on))}
+    ${entry("Oil lost", shareOf(state.oil_lost, state.oil_met), "", state.oil_lost > 0 ? "warn" : "")}
     <ul class="causes">${causes.join("")}</ul></div>`;
 }
 

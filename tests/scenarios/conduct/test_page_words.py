@@ -51,6 +51,36 @@ def test_each_engine_that_has_stopped_is_shown(engine: str, words: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("part", "whole", "words"),
+    [
+        (0.354, 0.354, "354 litres, 100 %"), (0.02, 0.36, "20 litres, 5.56 %"), (1e-5, 2.0, "0.01 litres, 0.0005 %"),
+        (0.0, 0.36, "0 litres"), (2.0, 0.0, "2 m³"), (None, 1.0, "–"),
+    ],
+)  # fmt: skip
+def test_shares_are_written_without_exponents(part: float | None, whole: float, words: str) -> None:
+    assert called("units.js", "shareOf", part, whole) == words
+
+
+def test_what_helmsmen_keep_is_written_as_orders_that_a_run_takes() -> None:
+    """The field of "what if" begins with them: speed in knots, course by compass; who steers by hand is left out."""
+    text = f"""
+        import {{ compass, KNOT }} from {json.dumps((PAGE / "units.js").as_uri())};
+        import {{ heldOrders, settings }} from {json.dumps((PAGE / "orders.js").as_uri())};
+        const state = {{ vessels: {{ port: {{ ordered: {{ speed: 0.5 * KNOT, heading: 0, by_hand: null }} }},
+          starboard: {{ ordered: {{ speed: 0, heading: 0, by_hand: [0.5, 0] }} }} }} }};
+        console.log(JSON.stringify(settings(heldOrders(state, (way) => compass(way, Math.PI / 2), KNOT) + " sea.wind.speed=5")));
+    """
+    assert NODE is not None
+    command = [NODE, "--input-type=module", "--experimental-default-type=module", "--eval", text]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    held, wind = json.loads(done.stdout)
+    assert (held, wind) == ("vessels.port.legs=[{speed_kn=0.50,heading_compass=90}]", "sea.wind.speed=5")
+    plan = Plan(scenario=scenario_from(tomllib.loads(small_tow(duration=9.0, communication_step=0.1, frame_rate=10))))
+    leg = plan.ordered([held], 0).scenario_at(0).vessels["port"].legs[0]
+    assert (leg.speed, leg.heading) == (pytest.approx(0.2572, abs=1e-4), pytest.approx(0.0, abs=1e-9))
+
+
+@pytest.mark.parametrize(
     ("wind", "direction"),
     [({"speed": 8.0, "direction": 3.0}, 3.0), (None, 0.0), ({"speed": 8.0, "direction": None}, 0.0)],
 )
