@@ -47,21 +47,9 @@ def rotation_matrix(orientation: ArrayLike) -> Double:
     unit = quaternion / np.sqrt((quaternion * quaternion).sum(axis=-1, keepdims=True))
     x, y, z, w = (unit[..., n] for n in range(4))
     matrix = np.empty((*unit.shape[:-1], 3, 3))  # numpy stacks single numbers ten times as slowly as it sets them
-    matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 0, 2] = (
-        1 - 2 * (y * y + z * z),
-        2 * (x * y - z * w),
-        2 * (x * z + y * w),
-    )
-    matrix[..., 1, 0], matrix[..., 1, 1], matrix[..., 1, 2] = (
-        2 * (x * y + z * w),
-        1 - 2 * (x * x + z * z),
-        2 * (y * z - x * w),
-    )
-    matrix[..., 2, 0], matrix[..., 2, 1], matrix[..., 2, 2] = (
-        2 * (x * z - y * w),
-        2 * (y * z + x * w),
-        1 - 2 * (x * x + y * y),
-    )
+    matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)  # fmt: skip
+    matrix[..., 1, 0], matrix[..., 1, 1], matrix[..., 1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)  # fmt: skip
+    matrix[..., 2, 0], matrix[..., 2, 1], matrix[..., 2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)  # fmt: skip
     return matrix
 
 
@@ -71,15 +59,9 @@ def rotated(orientation: Double, turn: Double) -> Double:
     ax, ay, az = 0.5 * np.sinc(half / np.pi) * turn.T
     aw = np.cos(half)
     x, y, z, w = orientation.T
-    result = np.stack(
-        [
-            aw * x + ax * w + ay * z - az * y,
-            aw * y - ax * z + ay * w + az * x,
-            aw * z + ax * y - ay * x + az * w,
-            aw * w - ax * x - ay * y - az * z,
-        ],
-        axis=1,
-    )
+    first, second = aw * x + ax * w + ay * z - az * y, aw * y - ax * z + ay * w + az * x
+    third, last = aw * z + ax * y - ay * x + az * w, aw * w - ax * x - ay * y - az * z
+    result = np.stack([first, second, third, last], axis=1)
     return result / np.linalg.norm(result, axis=1, keepdims=True)
 
 
@@ -328,13 +310,13 @@ class Walls:
 
     def turns(self) -> tuple[Double, NDArray[np.int64]]:
         """Return the twists (T, 6) [m, 1] that leave moving surfaces where they are, world frame, and the numbers (T,) of their bodies."""
-        slots = [(n, h) for n, h in enumerate(self.moving) if self.boundaries[h].turns is not None]
-        twists = [
-            (self.boundaries[h].turns.reshape(-1, 3) @ rotation_matrix(self.moving[h].orientation).T).reshape(-1, 6)  # type: ignore[union-attr]
-            for _, h in slots
-        ]
-        owner = np.repeat([n for n, _ in slots], [len(each) for each in twists]).astype(np.int64)
-        return np.concatenate([np.empty((0, 6)), *twists]), owner
+        twists, owner = [np.empty((0, 6))], []
+        for n, (handle, body) in enumerate(self.moving.items()):
+            own = self.boundaries[handle].turns
+            if own is not None and len(own):
+                twists.append((own.reshape(-1, 3) @ rotation_matrix(body.orientation).T).reshape(-1, 6))
+                owner += [n] * len(own)
+        return np.concatenate(twists), np.array(owner, np.int64)
 
     def displaced(self) -> tuple[Double, Double, NDArray[np.int64]]:
         """Return arms (K, 3) [m] and volumes (K,) [m3] that make up the moving bodies, and the number (K,) of each one's body."""

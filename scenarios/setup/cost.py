@@ -17,13 +17,13 @@ import numpy as np
 
 from oilsim.core.config import FluidConfig, longest_time_step
 from oilsim.window.settings import WindowSettings
-from scenarios.schema.bodies import Fixed
+from scenarios.schema.bodies import Fixed, Free
 from scenarios.schema.exercise import TowSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import BlockFill, Fill, PipeEmitterSettings, SlabFill, Tank
 from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.fill_lattice import Array, misfits, starting_positions
+from scenarios.setup.fill_lattice import Array, misfits, starting_positions, surface_off
 from scenarios.spec.resolve import LiquidSpec, RunSpec, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
@@ -208,6 +208,7 @@ def _told(spec: RunSpec, solids: Sequence[Solid], level: float, interfaces: Sequ
 
         assumed += assumed_tensions(spec.booms, spec.liquid)
     fills = tuple(misfits(spec.fill, spec.domain, fluid.particle_spacing, fluid.dimension).values())
+    fills += surfaces_off(spec)
     if not solids or not spec.tanks:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed)
     from scenarios.setup.afloat.boom_remarks import boom_remarks, waterside_of
@@ -219,6 +220,13 @@ def _told(spec: RunSpec, solids: Sequence[Solid], level: float, interfaces: Sequ
         *fills, *(note for solid in solids for note in solid.notes), *thin.values(),
         *boom_remarks(spec.booms, around).values(), *assumed,
     )  # fmt: skip
+
+
+def surfaces_off(spec: RunSpec) -> tuple[str, ...]:
+    """Return what is to be said of a surface that is not where the file has it; empty where nothing floats by the file's heights."""
+    if not spec.tanks or not any(isinstance(body.motion, Free) for body in spec.bodies.values()):
+        return ()
+    return tuple(surface_off(spec.fill, spec.domain, spec.fluid.particle_spacing, spec.fluid.dimension))
 
 
 def _body_seconds(spec: RunSpec) -> float:

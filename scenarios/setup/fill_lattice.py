@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 TOO_NEAR = 0.9  # of a spacing: particles of an earlier region that are nearer to a later one's give way
 LATTICE_SLACK = 1e-6  # of a spacing
+OFF = 0.05  # of a spacing, by which a region's particles may end above or below its top without a word
 MISFIT = 0.03  # of a region's volume, by which its particles may differ from its shape without a word
 
 
@@ -195,6 +196,27 @@ def misfits(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: 
             )
             told[name] = f"{text}; {reason}"
     return told
+
+
+def surface_off(regions: Mapping[str, Fill], tank: Tank, spacing: float, dimension: int) -> Iterator[str]:
+    """Say how far the particles of the highest region end from its top, where bodies that are placed by that top feel it.
+
+    A region's height is rounded to whole layers; blocks with an inset have spaces on purpose, and cylinders are drops.
+    """
+    lattice, tops = Lattice(tank, spacing, dimension), {}
+    for name, fill in regions.items():
+        if isinstance(fill, SlabFill) or (isinstance(fill, BlockFill) and not fill.inset):
+            bottom, top = (fill.bottom, fill.top) if isinstance(fill, SlabFill) else (fill.lower[2], fill.upper[2])
+            tops[name] = top, float(lattice.planes(2, bottom, top)[-1]) + 0.5 * spacing
+    if not tops:
+        return
+    name, (top, found) = max(tops.items(), key=lambda entry: entry[1][0])
+    if abs(found - top) > OFF * spacing:
+        way, kick = ("above", "up") if found > top else ("below", "down")
+        yield (
+            f"fill.{name}: its particles end at {found:.4g} m, {abs(found - top):.2g} m {way} its top of {top:g} m, in whole layers of"
+            f" {spacing:g} m; bodies placed afloat by that top move {kick} at the start, allowed without a word: a top of {found:.4g} m"
+        )
 
 
 def _content(fill: Fill, tank: Tank, dimension: int) -> float:

@@ -22,6 +22,7 @@ from scenarios.schema.recovery import SkimmerSettings
 from scenarios.setup.afloat.boom_remarks import boom_remarks, waterside_of
 from scenarios.setup.afloat.fleet import Fleet
 from scenarios.setup.at_sea.run_sea import RunSea
+from scenarios.setup.cost import surfaces_off
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
 from scenarios.setup.solids.placed_solids import Solid, sampled
@@ -121,6 +122,7 @@ def build_simulators(spec: RunSpec) -> Simulators:
             *air_remarks(liquid, layout.positions, has_bodies=bool(spec.bodies)),
             *interface_remarks(liquid, layout.positions),
         ),
+        facts=surfaces_off(spec),
         slicks=slicks,
         skimmers=skimmers,
     )

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 from scenarios.schema.liquid import BlockFill, CylinderFill, SlabFill, Tank
+from scenarios.setup.cost import estimate
 from scenarios.setup.fill_lattice import region_points, starting_positions
+from scenarios.setup.simulators import build_simulators
 from scenarios.spec.load import library_paths, load_scenario
+from scenarios.spec.resolve import resolve
 from scenarios.text.problems import ScenarioError
 
 WITHOUT_PARTICLES = {name for name, path in library_paths().items() if "[tank]" not in path.read_text(encoding="utf-8")}
@@ -84,3 +89,37 @@ def test_shipped_scenarios_survive_another_spacing(name: str, spacing: float) ->
         assert (everything < np.array(scenario.tank.upper)).all()
     distance, _ = cKDTree(everything).query(everything, k=2)
     assert distance[:, 1].min() >= 0.9 * spacing
+
+
+FLOATING = """
+name = "float"
+run = {duration = 1.0, communication_step = 0.02}
+fluid = {particle_spacing = 0.1}
+phases.water = {density = 1000.0, dynamic_viscosity = 1e-3}
+tank = {lower = [0.0, 0.0, 0.0], upper = [1.0, 1.0, 2.0]}
+fill.water = {shape = "slab", phase = "water", bottom = 0.0, top = TOP}
+bodies.box = {shape = "box", size = [0.4, 0.4, 0.4], position = [0.5, 0.5, TOP], density = 500.0}
+"""
+
+
+@pytest.mark.parametrize(("top", "off"), [(0.64, -0.04), (0.65, 0.05), (0.67, 0.03), (0.6, 0.0), (1.304, 0.0)])
+def test_a_surface_off_its_top_is_told_where_bodies_float_by_it(tmp_path: Path, top: float, off: float) -> None:
+    """In whole layers water ends up to half a spacing off; `check` and the run say by how much, and which way bodies move."""
+    (tmp_path / "float.toml").write_text(FLOATING.replace("TOP", str(top)))
+    scenario = load_scenario(tmp_path / "float.toml").scenario
+    told = [text for text in estimate(scenario).told if "bodies placed afloat" in text]
+    assert len(told) == (abs(off) > 0.005)
+    for text in told:
+        assert (
+            f"end at {top + off:.4g} m, {abs(off):.2g} m {'above' if off > 0 else 'below'} its top of {top:g} m" in text
+        )
+        assert ("move up" in text) == (off > 0)
+    assert build_simulators(resolve(scenario)).facts == tuple(told)
+    (tmp_path / "float.toml").write_text(
+        FLOATING.replace("TOP", str(top)).replace("density = 500.0", 'motion = "fixed"')
+    )
+    assert not [
+        text
+        for text in estimate(load_scenario(tmp_path / "float.toml").scenario).told
+        if "bodies placed afloat" in text
+    ]
