@@ -8,6 +8,7 @@ from pathlib import Path
 
 from scenarios.commands.options import add_scenario, overrides
 from scenarios.running.output_paths import free_recording, unwritable
+from scenarios.spec.at_rest import rest_settings
 from scenarios.text.problems import Problem, ScenarioError, reason_of
 
 
@@ -31,6 +32,11 @@ def register(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--pace", type=float, default=1.0, metavar="X", help="simulated seconds a second at the start (default: 1)"
     )
+    parser.add_argument(
+        "--plan",
+        action="store_true",
+        help="let vessels and skimmers follow the exercise's own orders, not begin at rest",
+    )
     parser.add_argument("--no-browser", action="store_true", help="only print the addresses of the pages")
     parser.add_argument(
         "--no-scene", action="store_true", help="leave out the 3-D view, which costs a slow machine time"
@@ -43,14 +49,17 @@ def _conduct(options: argparse.Namespace) -> int:
     _require_possible(options)
     from scenarios.spec.load import load_scenario
 
-    loaded = load_scenario(options.scenario, overrides=overrides(options), demo=options.demo)
+    chosen = overrides(options)
+    loaded = load_scenario(options.scenario, overrides=chosen, demo=options.demo)
+    if not options.plan:
+        chosen = (*rest_settings(loaded.scenario), *chosen)
     from scenarios.conduct.conducted_run import Errand
     from scenarios.conduct.console import ConsoleOptions, conduct
 
     errand = Errand(
         scenario=options.scenario,
         record=options.record or free_recording(loaded.scenario.name),
-        overrides=overrides(options),
+        overrides=chosen,
         demo=options.demo,
         pace=options.pace,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from booms.boom_state import BoomState
 from recordings.model.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import Replay, Series
 from recordings.replay.series import WORST, BodySeries, reached
+from scenarios.debrief.crew import crew_acted
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,7 @@ class BoomHistory:
     current       (N, 2) [m/s]
     water_level   [m]
     series        all series of the recording by name, of several booms those of this one without its name
+    crew_acted    False if the exercise needs orders, and nobody gave a vessel, line or skimmer one
     """
 
     boom: BoomDescription
@@ -63,6 +65,7 @@ class BoomHistory:
     losses: Losses
     tow_speed: Array
     series: Mapping[str, Series] = field(default_factory=dict)
+    crew_acted: bool = True
 
     @cached_property
     def normal_flow(self) -> Array:
@@ -149,13 +152,13 @@ def boom_histories(replay: Replay) -> list[BoomHistory]:
     exercise = replay.run.exercise
     if exercise is None:
         return []
-    several = len(exercise.booms) > 1
+    several, acted = len(exercise.booms) > 1, crew_acted(replay)
     found = []
     for boom in exercise.booms:
         prefix = f"{boom.name}/" if several else ""
         clock = replay.scalars.get(f"{prefix}oil_contained")
         if clock is not None and len(clock.index) and all(name in replay.bodies for name in boom.segments):
-            found.append(_history(replay, exercise, boom, prefix))
+            found.append(replace(_history(replay, exercise, boom, prefix), crew_acted=acted))
     return found
 
 

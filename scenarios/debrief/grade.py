@@ -7,7 +7,7 @@ The page shows everything that enters the grade. Each criterion has two limits a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
+from recordings.replay.recording import Replay
 from scenarios.debrief import measures
-from scenarios.debrief.boom_history import BoomHistory
+from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.schema.criteria import CRITERIA_OF, LIMITS, CriterionSettings, Statistic, criteria_problems, limits_of
 from scenarios.schema.parsing.structuring import structure
 from scenarios.text.problems import Problem, ScenarioError
@@ -84,7 +85,7 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Grade:
-    """The letter, none if no criterion was judged, its share of the points, the reason if the letter was capped, and all findings."""
+    """The letter, none if no criterion was judged, its share of the points, why the letter is lower than these, and all findings."""
 
     letter: str
     share: float
@@ -133,8 +134,8 @@ _OWN = (
     ),
     _known(
         "encountered", "Oil met", "%", measures.met,
-        what="Share of the oil that got into the boom, of all oil in the water. A sweep must meet the slick: "
-        "check position, heading and opening of the U.",
+        what="Share of the oil that got into the boom, of that and the oil that it went past; oil still ahead does not count. "
+        "A sweep must meet the slick: check position, heading and opening of the U.",
     ),
     _known(
         "fed", "Oil met of what the funnel passed on", "%", measures.fed,
@@ -156,18 +157,18 @@ _OWN = (
     ),
     _known(
         "speed", "Time over 0.7 kn", "%", partial(measures.time_over, speed=PRACTICE_SPEED),
-        what="Share of the time in which water kept running against some part of the boom at more than 0.7 knots "
+        what="Share of the time in which water kept running against a twentieth of the boom's length at more than 0.7 knots "
         "normal to it. Above this speed booms lose oil. The speed is averaged over the time in which the water passes "
         "the skirt's depth, because a shorter swing draws no oil under.",
     ),
     _known(
         "design_speed", "Time over 0.6 kn", "%", partial(measures.time_over, speed=DESIGN_SPEED),
-        what="Share of the time in which water kept running against some part of the boom at more than 0.31 m/s normal to "
+        what="Share of the time in which water kept running against a twentieth of the boom's length at more than 0.31 m/s normal to "
         "it, for which booms are designed to leak nothing.",
     ),
     _known(
         "gross_speed", "Time over 1 kn", "%", partial(measures.time_over, speed=GROSS_SPEED),
-        what="Share of the time in which water kept running against some part of the boom at more than 0.51 m/s normal to "
+        what="Share of the time in which water kept running against a twentieth of the boom's length at more than 0.51 m/s normal to "
         "it. Losses are massive there.",
     ),
     _known(
@@ -198,13 +199,13 @@ _OWN = (
     ),
     _known(
         "lean", "Lean of the skirt", "deg", measures.lean,
-        what="Lean of the most leaning segment, not exceeded for 95 % of the time. A leaning skirt has less "
-        "draft, and the water slips under it.",
+        what="Lean of the skirt that 95 % of the boom's length and time do not exceed; in waves the mean over a wave. A leaning skirt "
+        "has less draft, and the water slips under it.",
     ),
     _known(
         "draft", "Draft of the skirt", "%", measures.draft,
-        what="Draft of the shallowest segment, as a share of the skirt's depth, kept for 95 % of the time. Lean, "
-        "heave and lift all reduce it.",
+        what="Draft as a share of the skirt's depth, kept by 95 % of the boom's length and time; in waves the mean over a wave. "
+        "Lean and lift reduce it.",
     ),
     _known(
         "snatch", "Snatch loads", "times", measures.snatch,
@@ -262,14 +263,39 @@ def grade(history: BoomHistory, settings: Mapping[str, CriterionSettings] | None
         return Grade(letter="", share=0.0, capped_by="", findings=tuple(findings))
     share = sum(weight * _POINTS[verdict] for weight, verdict in judged) / total
     letter = next(letter for letter, least in LETTERS if share >= least)
-    missed = [f.criterion.title for f in findings if f.criterion.decisive and f.verdict == "missed"]
-    capped = bool(missed) and letter < CAP
+    best, why = _best(history, findings)
+    capped = letter < best
     return Grade(
-        letter=CAP if capped else letter,
-        share=share,
-        capped_by=missed[0] if capped else "",
-        findings=tuple(findings),
+        letter=best if capped else letter, share=share, capped_by=why if capped else "", findings=tuple(findings)
     )
+
+
+def _best(history: BoomHistory, findings: Sequence[Finding]) -> tuple[str, str]:
+    """Return the best letter that the exercise can have, and why."""
+    worst = LETTERS[-1][0]
+    if not history.crew_acted:
+        return worst, "nobody acted: the exercise needs orders, and no vessel, line or skimmer was given one"
+    values = {finding.criterion.key: finding.value for finding in findings}
+    if history.boom.deployment == "sweep" and values.get("encountered") == 0.0:
+        return worst, "the boom met no oil"
+    missed = [f.criterion.title for f in findings if f.criterion.decisive and f.verdict == "missed"]
+    return (CAP, f"a decisive criterion was missed: {missed[0]}") if missed else (LETTERS[0][0], "")
+
+
+def grades_of(replay: Replay) -> dict[str, Grade]:
+    """Return the grades of a recorded exercise by its booms' names, judged by the criteria of its scenario."""
+    exercise = replay.run.exercise
+    criteria = {} if exercise is None else criteria_from(exercise.criteria, str(replay.path))
+    return {history.boom.name: grade(history, criteria) for history in boom_histories(replay)}
+
+
+def exercise_grade(grades: Mapping[str, Grade]) -> tuple[str, Grade] | None:
+    """Return the grade of an exercise, and the boom whose it is: the lowest one, since oil goes where the weakest boom lets it.
+
+    grades: of all booms, by name. None if none has a letter.
+    """
+    judged = [(name, one) for name, one in grades.items() if one.letter]
+    return max(judged, key=lambda pair: (pair[1].letter, -pair[1].share), default=None)
 
 
 def read_criteria(path: Path) -> dict[str, CriterionSettings]:

@@ -13,6 +13,8 @@ from scenarios.debrief.boom_history import BoomHistory
 
 Array = NDArray[np.float64]
 
+# [1] of a boom's length that may do worse than what is measured, and of its length and time together; chosen: one segment swings by itself
+PART = 0.05
 # [m] of the second end from its berth, within which it counts as there; assumed: a boat's length
 AT_BERTH = 15.0
 
@@ -70,11 +72,16 @@ def strength(history: BoomHistory) -> float | None:
 
 
 def met(history: BoomHistory) -> float | None:
-    """Return the share [%] of the oil that the boom has met, of that and the oil afloat that it has not; None without oil."""
+    """Return the share [%] of the oil that the boom has met, of that and the oil that it has passed by; None without oil.
+
+    Oil still ahead of its mouth is neither: it could not be met yet. A boom that has met none although there is oil has met 0 %.
+    """
     oil, taken_in = {name: float(values[-1]) for name, values in history.oil.items()}, _taken_in(history)
+    if taken_in <= 0.0:
+        return 0.0 if oil["afloat"] > 0.0 else None
     floated_off = taken_in - (oil["contained"] + oil["lost"] + oil.get("recovered", 0.0))
-    there = taken_in + max(0.0, oil["afloat"] - max(0.0, floated_off))
-    return 100.0 * taken_in / there if there > 0.0 else None
+    passed_by = max(0.0, oil["afloat"] - oil.get("ahead", 0.0) - max(0.0, floated_off))
+    return 100.0 * taken_in / (taken_in + passed_by)
 
 
 def passed_on(history: BoomHistory) -> float | None:
@@ -115,8 +122,9 @@ def led(history: BoomHistory) -> float | None:
 
 
 def time_over(history: BoomHistory, speed: float) -> float:
-    """Return the share [%] of the time in which water kept running against the boom faster than `speed` [m/s]."""
-    return 100.0 * float((history.held_speed[history.settled].max(axis=1) > speed).mean())
+    """Return the share [%] of the time in which water kept running faster than `speed` [m/s] against more than `PART` of the boom."""
+    over = (history.held_speed[history.settled] > speed).mean(axis=1)  # [1] of the boom's length
+    return 100.0 * float((over > PART).mean())
 
 
 def over_by_segment(history: BoomHistory, limits: Sequence[float]) -> tuple[Array, Array]:
@@ -135,14 +143,26 @@ def gap(history: BoomHistory) -> float:
 
 
 def lean(history: BoomHistory) -> float:
-    """Return the lean [degrees] of the most leaning segment, not exceeded for 95 % of the time."""
-    return float(np.degrees(np.percentile(history.skirt_angle[history.settled].max(axis=1), 95.0)))
+    """Return the lean [degrees], in waves the mean over a wave, that all but `PART` of the boom's length and time do not exceed."""
+    return float(np.degrees(np.percentile(_over_wave(history, history.skirt_angle), 100.0 * (1.0 - PART))))
 
 
 def draft(history: BoomHistory) -> float:
-    """Return the draft of the shallowest segment as a share [%] of the skirt's depth, kept for 95 % of the time."""
-    smallest = np.percentile(history.effective_draft[history.settled].min(axis=1), 5.0)
+    """Return the draft, in waves the mean over a wave, that all but `PART` of the boom's length and time keep [%] of the skirt's depth."""
+    smallest = np.percentile(_over_wave(history, history.effective_draft), 100.0 * PART)
     return 100.0 * float(smallest) / history.boom.skirt_depth
+
+
+def _over_wave(history: BoomHistory, values: Array) -> Array:
+    """Return the settled values (M, S) of a quantity (N, S), each the mean over a wave before it: a boom rides up and down with the sea.
+
+    The time is that over which the speed normal to the boom is averaged, a wave's period at least.
+    """
+    time = history.time[history.settled]
+    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[history.settled], axis=0)])
+    first = np.searchsorted(time, time - history.boom.hold_time + 1e-9)
+    last = np.arange(1, len(time) + 1)
+    return np.asarray((sums[last] - sums[first]) / (last - first)[:, None])
 
 
 def snatch(history: BoomHistory) -> float | None:

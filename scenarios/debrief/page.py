@@ -26,14 +26,14 @@ from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.appearance import tension_colors
 from recordings.model.exercise import BoomDescription
-from recordings.model.words import cause_in_words, force_in_words, three_figures, volume_in_words
+from recordings.model.words import LEADING, cause_in_words, force_in_words, three_figures, volume_in_words
 from recordings.pictures.style import STYLE
 from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
 from scenarios.debrief.accuracy_notes import accuracy_notes
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.diagrams import DIAGRAMS, oil_diagram, probe_diagram
-from scenarios.debrief.grade import DESIGN_SPEED, GROSS_SPEED, LETTERS, Grade, criteria_from, grade
+from scenarios.debrief.grade import DESIGN_SPEED, GROSS_SPEED, LETTERS, Grade, criteria_from, exercise_grade, grade
 from scenarios.debrief.key_moments import KeyMoment, deck_text, is_technical, key_moments
 from scenarios.debrief.measures import over_by_segment
 from scenarios.debrief.recovery_rates import loss_curve, rate_figures, rates_diagram
@@ -84,6 +84,7 @@ def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, Criterio
         map=map_picture,
         probes=probe_picture,
         chapters=chapters,
+        overall=exercise_grade({chapter.history.boom.name: chapter.grade for chapter in chapters}),
     )
     target = folder / PAGE
     target.write_text(page, encoding="utf-8")
@@ -184,12 +185,15 @@ def _write_figure(figure: Figure, path: Path) -> str:
 def _figures(replay: Replay, history: BoomHistory) -> list[tuple[str, str]]:
     """List the figures of a boom for the table."""
     oil = {name: float(volume[-1]) for name, volume in history.oil.items()}
+    led_on = oil.get("lost/around_ends", 0.0) if history.boom.deployment in LEADING else None
     rows = [
         ("Oil held at the end", volume_in_words(oil["contained"])),
-        ("Oil lost at the end", volume_in_words(oil["lost"])),
+        *([] if led_on is None else [("Led on past the boom's end", volume_in_words(led_on))]),
+        ("Oil lost at the end", volume_in_words(oil["lost"] - (led_on or 0.0))),
         *(
             (f"&nbsp;&nbsp;{cause_in_words(cause)}", volume_in_words(float(v[-1])))
             for cause, v in history.causes.items()
+            if led_on is None or cause != "around_ends"
         ),
         ("&nbsp;&nbsp;carried out by closures (modelled); the rest is resolved", volume_in_words(oil["lost_modelled"])),
         ("Gone past the boom in all, again after coming round a sea that repeats", volume_in_words(oil["passed"])),
@@ -211,7 +215,7 @@ def _of_the_run(replay: Replay) -> Iterator[tuple[str, float]]:
     rows = {
         "stranded": "Stranded",
         "recovered": "Recovered by skimmers",
-        "left_the_domain": "Left the tank without being lost by a boom",
+        "left_the_domain": "Left the simulated water without being lost by a boom",
     }
     for row, words in rows.items():
         if (series := replay.scalars.get(f"oil/{row}")) is not None:

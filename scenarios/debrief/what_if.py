@@ -14,8 +14,7 @@ from recordings.model.words import three_figures
 from recordings.replay.comparison import common_time, parting, scores
 from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
-from scenarios.debrief.boom_history import boom_histories
-from scenarios.debrief.grade import criteria_from, grade
+from scenarios.debrief.grade import exercise_grade, grades_of
 from scenarios.debrief.key_moments import deck_text
 
 # series of a curve that tell most of an exercise, their titles, units, and factors from SI; the first two that differ are drawn
@@ -46,7 +45,7 @@ def what_if(first: Path, second: Path) -> dict[str, Any]:
         "end": end,
         "apart": apart,
         "orders": list(_orders_of_second(*runs)),
-        "grades": [[boom, *letters] for boom, letters in _grades(*runs).items()],
+        "grades": list(_grades(*runs)),
         "rows": [
             [one.label, one.unit, three_figures(one.first), three_figures(one.second)]
             for one in scores(*runs)
@@ -67,15 +66,14 @@ def _orders_of_second(first: Replay, second: Replay) -> Iterator[str]:
                 yield f"{deck_text(second, event)}, at {event.time:.1f} s"
 
 
-def _grades(*runs: Replay) -> dict[str, list[str]]:
-    """Return the letters of both runs, by boom."""
-    found: dict[str, list[str]] = {}
-    for run in runs:
-        exercise = run.run.exercise
-        criteria = criteria_from(exercise.criteria, str(run.path)) if exercise is not None else {}
-        for history in boom_histories(run):
-            found.setdefault(history.boom.name, []).append(grade(history, criteria).letter or "none")
-    return found
+def _grades(*runs: Replay) -> Iterator[list[str]]:
+    """Yield the letters of both runs: of each boom, and of several booms that of the exercise first."""
+    both = [grades_of(run) for run in runs]
+    overall = [exercise_grade(grades) for grades in both]
+    if len(both[0]) > 1:
+        yield ["exercise", *(one[1].letter if one else "none" for one in overall)]
+    for boom in both[0]:
+        yield [f"boom {boom}", *(grades[boom].letter or "none" for grades in both if boom in grades)]
 
 
 def _curves(first: Replay, second: Replay, end: float) -> Iterator[dict[str, Any]]:

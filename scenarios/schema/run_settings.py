@@ -116,12 +116,14 @@ class ExerciseSettings(Section):
     goal   what a trainee can do afterwards, in one sentence
     brief  text for the trainee, a page: situation, task, means, and how it is graded
     notes  text for the instructor: what to look at, what to say, what usually goes wrong, and the variants
+    needs_orders  whether who gives no order has not passed, as where `oilsim conduct` lets vessels and skimmers begin at rest
     """
 
     group: Group
     goal: str
     brief: str = ""
     notes: str = ""
+    needs_orders: bool = False
 
     def problems(self) -> Iterator[Problem]:
         """Check that there is a goal, and that the brief is a page."""

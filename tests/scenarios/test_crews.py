@@ -1,6 +1,8 @@
-"""A good and a bad crew for each exercise at full size: the good one passes, the bad one fails for the reason that the exercise teaches.
+"""Four crews for each exercise at full size and length, and the letters that an expert gives them, written down beforehand with reasons.
 
-A crew is a set of orders: injects, given at their times, and choices that it makes before the start.
+The plan is the run that the file orders by itself. A good and a bad crew are sets of orders: injects, given at their times, and choices
+they make before the start. The absent crew gives no order, and the exercise begins at rest as on a console; where nobody can order anything
+during the run, all is decided before its start, and there is none.
 """
 
 from __future__ import annotations
@@ -12,35 +14,70 @@ import pytest
 from rich.console import Console
 
 from recordings.replay.recording import Replay
-from scenarios.debrief.boom_history import boom_histories
-from scenarios.debrief.grade import Grade, grade
+from scenarios.debrief.grade import Grade, exercise_grade, grades_of
 from scenarios.running.run import RunOptions, run_scenario
+from scenarios.spec.at_rest import rest_settings
 from scenarios.spec.load import library_paths, load_scenario
 
-PASSED = ("A", "B")
+
+class Expected(NamedTuple):
+    """The letters that an expert gives to the plan, to a good, to a bad and to an absent crew ("" for none), and why."""
+
+    plan: str
+    good: str
+    bad: str
+    absent: str
+    why: str
 
 
 class Crews(NamedTuple):
-    """Settings of a good and of a bad crew, the boom that is graded, and the criterion that the bad crew misses."""
+    """Settings of a good and of a bad crew, the criterion that the bad one misses, at which boom, and the letters expected."""
 
     good: tuple[str, ...]
     bad: tuple[str, ...]
     boom: str
     missed: str
+    expected: Expected
 
 
 CREWS = {
+    "sweep-200m": Crews(
+        good=("tow.speed_kn=0.3",),
+        bad=("tow.speed_kn=1.0",),
+        boom="main",
+        missed="held",
+        expected=Expected(
+            "BC",
+            "A",
+            "DE",
+            "E",
+            "the plan holds all, but at the limit of speed; at 1.0 kn over the ground cubic metres are lost",
+        ),
+    ),
+    "harbour-1km": Crews(
+        good=(),
+        bad=("vessels.two.engine=stopped", "vessels.three.engine=stopped"),
+        boom="middle",
+        missed="gap",
+        expected=Expected(
+            "AB", "AB", "DE", "E", "posts that are held keep the boom; the middle length whose two boats stop drifts in"
+        ),
+    ),
     "j-sweep-skimmer": Crews(
         good=("injects.waits={at=155.0, orders=['tow.speed_kn=0.05'], text='The crew waits for the brush'}",),
         bad=("injects.hurries={at=40.0, orders=['tow.speed_kn=0.7'], text='The crew hurries'}",),
         boom="main",
         missed="speed",
+        expected=Expected("AB", "A", "DE", "E", "slow enough by itself; who hurries loses two fifths"),
     ),
     "v-sweep": Crews(
         good=(),
         bad=("injects.hurries={at=40.0, orders=['tow.speed_kn=0.7'], text='The crew hurries'}",),
         boom="main",
         missed="speed",
+        expected=Expected(
+            "AB", "AB", "D", "E", "slow enough by itself; at 0.7 kn over the ground the apex leaks all the time"
+        ),
     ),
     "open-apex-follow": Crews(
         good=(),
@@ -50,30 +87,35 @@ CREWS = {
         ),
         boom="pocket",
         missed="fed",
+        expected=Expected("AB", "AB", "DE", "E", "the sweep follows by itself; astray it meets nothing"),
     ),
     "fast-sweep": Crews(
         good=(),
         bad=("tow.speed_kn=3.0",),
         boom="main",
         missed="held",
+        expected=Expected("AB", "AB", "D", "E", "1.5 kn are what the system is made for; at 3 kn it loses most"),
     ),
     "deploy-from-reel": Crews(
         good=("injects.pays={at=12.0, orders=['booms.main.reel.paid_out=58.0'], text='The reel lets out'}",),
         bad=("injects.pays={at=12.0, orders=['booms.main.reel.paid_out=30.0'], text='The reel lets out, and stops'}",),
         boom="main",
         missed="deployed",
+        expected=Expected("E", "A", "E", "E", "a reel that nobody lets out, or only half, brings no boom to its berth"),
     ),
     "launch-from-slip": Crews(
         good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-54.0'], text='The crew ashore pays out'}",),
         bad=("injects.pays={at=12.0, orders=['ties.brake.hauled=-20.0'], text='The crew ashore pays out, and stops'}",),
         boom="main",
         missed="deployed",
+        expected=Expected("E", "AB", "E", "E", "as with the reel; a brake line that hangs slack gives one jerk"),
     ),
     "shore-seal": Crews(
         good=(),
         bad=("booms.main.boom=cfr-rivers",),
         boom="main",
         missed="clean",
+        expected=Expected("A", "A", "DE", "", "the right boom is all; the wrong one leans over on the ground"),
     ),
     "anchored-containment": Crews(
         good=(),
@@ -84,6 +126,13 @@ CREWS = {
         ),
         boom="main",
         missed="anchors",
+        expected=Expected(
+            "AB",
+            "AB",
+            "CD",
+            "E",
+            "two anchors at each end hold; a leg of 14 m in 10 m of water drags, and nothing is recovered",
+        ),
     ),
     "inlet-exclusion": Crews(
         good=(),
@@ -93,12 +142,16 @@ CREWS = {
         ),  # it ends in the middle of the inlet
         boom="main",
         missed="clean",
+        expected=Expected(
+            "AB", "AB", "D", "E", "the marsh stays clean; who ends the boom in the middle of the inlet protects nothing"
+        ),
     ),
     "river-diversion-cascade": Crews(
         good=(),
         bad=("booms.upper.ends=[[60.0, 13.0], [36.0, -18.4]]",),
         boom="upper",
         missed="speed",
+        expected=Expected("B", "B", "DE", "", "three quarters reach the bank; across the stream the boom meets 1.2 kn"),
     ),
     "deploy-and-connect": Crews(
         good=(
@@ -108,36 +161,53 @@ CREWS = {
         bad=("injects.rests={at=40.0, orders=['vessels.boat.engine=stopped'], text='The crew rests'}",),
         boom="main",
         missed="connected",
+        expected=Expected("D", "A", "DE", "E", "a berth reached and not connected is a gate"),
     ),
 }
 
 
-def graded(name: str, settings: tuple[str, ...], boom: str, folder: Path) -> Grade:
-    """Run an exercise with a crew's settings, and grade a boom as the debrief does."""
+def graded(name: str, settings: tuple[str, ...], folder: Path) -> dict[str, Grade]:
+    """Run an exercise with a crew's settings, and grade its booms as the debrief does."""
     scenario = load_scenario(name, overrides=["recording.checkpoint_interval=0", *settings]).scenario
     record = folder / "run.rrd"
     options = RunOptions(record=record, overwrite=True)  # each crew in the place of the one before
     assert run_scenario(scenario, options=options, console=Console(quiet=True)) == 0
-    history = next(one for one in boom_histories(Replay(record)) if one.boom.name == boom)
-    return grade(history, scenario.criteria)
+    return grades_of(Replay(record))
+
+
+def assert_letter(grades: dict[str, Grade], allowed: str, why: str) -> None:
+    """Check the letter of the exercise; what was measured is told."""
+    found = exercise_grade(grades)
+    assert found is not None
+    told = [
+        (boom, one.letter, one.capped_by, [(f.criterion.key, f.value, f.verdict) for f in one.findings])
+        for boom, one in grades.items()
+    ]
+    assert found[1].letter in allowed, (why, told)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(3000)
+@pytest.mark.parametrize("crew", ["plan", "good", "bad", "absent"])
 @pytest.mark.parametrize("name", sorted(CREWS))
-def test_the_good_crew_passes_and_the_bad_one_misses_what_the_exercise_teaches(name: str, tmp_path: Path) -> None:
+def test_each_crew_gets_the_letter_that_an_expert_gives(name: str, crew: str, tmp_path: Path) -> None:
     crews = CREWS[name]
-    good = graded(name, crews.good, crews.boom, tmp_path)
-    assert good.letter in PASSED, [(f.criterion.key, f.value, f.verdict) for f in good.findings]
-    bad = graded(name, crews.bad, crews.boom, tmp_path)
-    found = {finding.criterion.key: finding.verdict for finding in bad.findings}
-    assert found[crews.missed] == "missed", [(f.criterion.key, f.value, f.verdict) for f in bad.findings]
-    assert bad.letter not in PASSED
+    at_rest = rest_settings(load_scenario(name).scenario)
+    assert bool(at_rest) == bool(crews.expected.absent)
+    if crew == "absent" and not at_rest:
+        pytest.skip("nobody can order anything during the run")
+    settings = {"plan": (), "good": crews.good, "bad": crews.bad, "absent": at_rest}[crew]
+    grades = graded(name, settings, tmp_path)
+    assert_letter(grades, getattr(crews.expected, crew), crews.expected.why)
+    if crew == "bad":
+        verdicts = {finding.criterion.key: finding.verdict for finding in grades[crews.boom].findings}
+        assert verdicts[crews.missed] == "missed", verdicts
 
 
 @pytest.mark.parametrize("name", sorted(CREWS))
 def test_every_crew_and_level_is_a_sound_exercise(name: str) -> None:
-    for settings in (CREWS[name].good, CREWS[name].bad, ("level=easy",), ("level=hard",)):
+    at_rest = rest_settings(load_scenario(name).scenario)
+    for settings in (CREWS[name].good, CREWS[name].bad, at_rest, ("level=easy",), ("level=hard",)):
         scenario = load_scenario(name, overrides=settings).scenario
         assert scenario.exercise is not None
         assert scenario.exercise.brief.strip() and scenario.exercise.notes.strip()

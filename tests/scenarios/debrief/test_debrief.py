@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib.image
 import numpy as np
@@ -29,7 +30,8 @@ from recordings.replay.recording import Replay, Series
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
-from scenarios.debrief.grade import grade, read_criteria
+from scenarios.debrief.crew import crew_acted
+from scenarios.debrief.grade import CRITERIA, exercise_grade, grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.measures import connected, deployed, fed, held, led, over_by_segment, recovered, skimmer, snatch
 from scenarios.debrief.page import write_debrief
@@ -206,7 +208,66 @@ def test_a_decisive_criterion_that_is_missed_caps_the_grade(history: BoomHistory
     spilt = replace(history, oil={**history.oil, "contained_share": np.full(FRAMES, 0.6)})
     judged = grade(spilt, {"held": CriterionSettings(weight=0.1)})
     assert judged.share > 0.6
-    assert (judged.letter, judged.capped_by) == ("D", "Oil held")
+    assert (judged.letter, judged.capped_by) == ("D", "a decisive criterion was missed: Oil held")
+
+
+def test_lean_and_draft_are_those_of_the_boom_not_of_its_worst_segment(history: BoomHistory) -> None:
+    """One of 66 segments that leans by 60 degrees and draws half of the skirt all the time is 1.5 % of length and time; six count."""
+    for leaning, lean in ((1, 10.0), (6, 60.0)):
+        wide = replace(history)
+        angle, draft = np.full((FRAMES, 66), 10.0), np.full((FRAMES, 66), 0.5)
+        angle[:, :leaning], draft[:, :leaning] = 60.0, 0.25
+        vars(wide)["settled"], vars(wide)["skirt_angle"] = history.settled, np.radians(angle)
+        vars(wide)["effective_draft"] = draft
+        found = {one.criterion.key: one.value for one in grade(wide).findings}
+        assert found["lean"] == pytest.approx(lean)
+        assert found["draft"] == pytest.approx(100.0 if leaning == 1 else 50.0)
+
+
+def test_oil_that_could_not_be_met_yet_does_not_count(history: BoomHistory) -> None:
+    """Of 30 litres ten are met, twelve lie ahead, and eight have passed by: 10 of 18."""
+    oil = history.oil | {"met": np.full(FRAMES, 0.010), "contained": np.full(FRAMES, 0.010), "lost": np.zeros(FRAMES)}
+    waiting = replace(history, oil=oil | {"afloat": np.full(FRAMES, 0.020), "ahead": np.full(FRAMES, 0.012)})
+    values = {finding.criterion.key: finding.value for finding in grade(waiting).findings}
+    assert values["encountered"] == pytest.approx(100.0 * 10.0 / 18.0)
+
+
+def test_who_meets_no_oil_or_gives_no_order_has_not_passed(history: BoomHistory) -> None:
+    nothing = {name: np.zeros(FRAMES) for name in history.oil} | {"afloat": np.full(FRAMES, 0.020)}
+    dry = grade(replace(history, oil=nothing))
+    assert (dry.letter, dry.capped_by) == ("E", "the boom met no oil")
+    idle = grade(replace(history, crew_acted=False))
+    assert idle.letter == "E" and idle.capped_by.startswith("nobody acted")
+    assert idle.share == grade(history).share
+
+
+@pytest.mark.parametrize(
+    ("needs", "source", "text", "acted"),
+    [
+        (False, "", "", True),
+        (True, "instructor", "paused", False),
+        (True, "instructor", "orders 'sea.wind.speed=9.0'", False),
+        (True, "instructor", "orders vessels.port.engine=stopped", False),
+        (True, "instructor", "orders 'vessels.port.legs=[{speed=0.2,heading=0.0}]'", True),
+        (True, "injects", "orders skimmers.weir.running=true", True),
+        (True, "instructor", "orders 'ties.brake.hauled=-20.0'", True),
+    ],
+)
+def test_orders_to_vessels_lines_and_skimmers_are_acts_of_a_crew(
+    needs: bool, source: str, text: str, acted: bool
+) -> None:
+    plan = json.dumps({"scenario": {"exercise": {"needs_orders": needs}}})
+    events = (Event(1.0, text, source=source),) if text else ()
+    recording = SimpleNamespace(run=SimpleNamespace(properties={"plan": plan}), events=events)
+    assert crew_acted(recording) == acted  # type: ignore[arg-type]
+
+
+def test_the_grade_of_an_exercise_is_that_of_its_weakest_boom(history: BoomHistory) -> None:
+    good, weak = grade(history), grade(replace(history, crew_acted=False))
+    assert exercise_grade({"north": good, "south": weak}) == ("south", weak)
+    silent = grade(history, {key: CriterionSettings(weight=0.0) for key in CRITERIA})
+    assert exercise_grade({"north": silent, "south": good}) == ("south", good)
+    assert exercise_grade({"north": silent}) is None
 
 
 def test_what_cannot_be_told_is_left_out_of_the_grade(history: BoomHistory) -> None:
@@ -587,7 +648,7 @@ def test_a_boom_that_met_no_oil_is_debriefed_without_a_word_on_what_it_held(free
     assert re.search(r'<td class="n">–</td>.*?<td class="v none">not measured</td>', page, re.DOTALL)
     saved = json.loads((tmp_path / "out" / "grade.json").read_text())
     assert saved["main"]["findings"]["held"]["verdict"] is None
-    assert ("Left the tank without being lost by a boom" in page) == (free == 0.0)
+    assert ("Left the simulated water without being lost by a boom" in page) == (free == 0.0)
     assert ("Stranded, of all oil of the run" in page) == (free > 0.0)
 
 
