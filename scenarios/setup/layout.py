@@ -14,6 +14,7 @@ from coupling.bullet.rigid_body_world import FRICTION, RigidBodyWorld
 from coupling.solids.surface_sampling import LARGEST, sample_surface
 from oilsim.sea import Sea
 from recordings.model.words import volume_in_words
+from scenarios.schema.bodies import SineMotion
 from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
 from scenarios.schema.run_settings import BodyProbe, Probe, RunSettings
@@ -21,7 +22,7 @@ from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, Placing, W
 from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
-from scenarios.setup.fill_lattice import empty_regions, placed_regions
+from scenarios.setup.fill_lattice import empty_regions, off_lattice, placed_regions
 from scenarios.setup.fluid import clear_of, pipe_problems, water_level
 from scenarios.setup.solids.placed_solids import Solid, own_solids, table_entry, vector
 from scenarios.spec.resolve import LiquidSpec, RunSpec, SeaSpec
@@ -79,6 +80,8 @@ def lay_out(spec: RunSpec) -> Layout:
     # a refused body is not looked for in the liquid: a tank that repeats would hold one of a thousand kilometres in thousands of places
     placed = [solid for solid in solids if table_entry(solid.name) not in refused]
     meshes = {solid.name: solid.world_mesh() for solid in placed if solid.wetted}
+    if _has_low_waves(spec):
+        regions = off_lattice(regions, fluid.particle_spacing, fluid.dimension, spec.run.seed)
     positions = clear_of(meshes.values(), regions, liquid.domain, fluid.particle_spacing)
     problems += _displaced_regions(regions, positions)
     problems += pipe_problems(liquid, meshes)
@@ -104,6 +107,18 @@ def lay_out(spec: RunSpec) -> Layout:
         world=world,
         sea=sea,
     )
+
+
+def _has_low_waves(spec: RunSpec) -> bool:
+    """Tell whether particles of a tank carry waves lower than a spacing, of the sea in its zones or of a wave maker.
+
+    The paper's scheme stays as it is, and so does water with higher waves, which melt a lattice by themselves: off it bodies are shaken.
+    """
+    amplitudes = [body.motion.amplitude for body in spec.bodies.values() if isinstance(body.motion, SineMotion)]
+    if spec.sea.waves is not None and spec.domain.zones:
+        amplitudes.append(0.5 * spec.sea.height_and_period[0])
+    is_low = bool(amplitudes) and max(amplitudes) < spec.fluid.particle_spacing
+    return bool(spec.tanks) and spec.fluid.scheme == "split" and is_low
 
 
 def _waters(spec: RunSpec, sea: SeaSpec) -> Waters:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from scenarios.schema.liquid import BlockFill, CylinderFill, SlabFill, Tank
 from scenarios.setup.cost import estimate
-from scenarios.setup.fill_lattice import region_points, starting_positions
+from scenarios.setup.fill_lattice import off_lattice, region_points, starting_positions
+from scenarios.setup.layout import lay_out
 from scenarios.setup.simulators import build_simulators
 from scenarios.spec.load import library_paths, load_scenario
 from scenarios.spec.resolve import resolve
@@ -123,3 +125,68 @@ def test_a_surface_off_its_top_is_told_where_bodies_float_by_it(tmp_path: Path, 
         for text in estimate(load_scenario(tmp_path / "float.toml").scenario).told
         if "bodies placed afloat" in text
     ]
+
+
+STROKE = '{{kind = "sine", direction = [1.0, 0.0, 0.0], amplitude = {}, period = 2.0}}'
+WAVY = """
+name = "wavy"
+run = {duration = 1.0, communication_step = 0.02, seed = SEED}
+fluid = {particle_spacing = 0.1}
+phases.water = {density = 1000.0, dynamic_viscosity = 1e-3}
+tank = {lower = [0.0, 0.0, 0.0], upper = [3.0, 1.0, 2.0]}
+fill.water = {shape = "slab", phase = "water", bottom = 0.0, top = 0.6}
+bodies.piston = {shape = "box", size = [0.2, 1.0, 1.2], position = [0.1, 0.5, 0.6], contact = false, motion = MOTION}
+"""
+
+
+def test_water_of_low_waves_begins_off_its_lattice(tmp_path: Path) -> None:
+    """By up to 0.3 spacings, by the run's seed, clear of bodies; higher waves melt a lattice by themselves."""
+
+    def points(amplitude: float, seed: int) -> np.ndarray:
+        (tmp_path / "wavy.toml").write_text(WAVY.replace("MOTION", STROKE.format(amplitude)).replace("SEED", str(seed)))
+        return lay_out(resolve(load_scenario(tmp_path / "wavy.toml").scenario)).positions["water"]
+
+    low, high = points(0.05, 1), points(0.15, 1)
+    assert np.abs(high / 0.1 % 1.0 - 0.5).max() < 1e-6
+    off = np.abs(low / 0.1 % 1.0 - 0.5)
+    assert off.max() < 0.3 + 1e-6 and off.mean() == pytest.approx(0.15, rel=0.05)
+    assert np.array_equal(low, points(0.05, 1)) and not np.array_equal(low[:, 2], points(0.05, 2)[: len(low), 2])
+    assert (low[:, 0] > 0.2).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "kept"), [(16, 0.9), (32, 0.9), (64, 0.98)])
+def test_low_waves_last_longer_off_the_lattice(count: int, kept: float) -> None:
+    """A standing wave of half a spacing, five periods: 0.79, 0.84 and 0.98 a period are left on the lattice, 0.96, 0.95, 0.985 off it."""
+    spacing, depth = 1.0 / count, 0.5
+    number = 2.0 * np.pi
+    omega = np.sqrt(9.81 * number * np.tanh(number * depth))
+    fluid = Fluid(
+        FluidConfig(
+            particle_spacing=spacing, phases=(Phase(name="water", rest_density=1000.0),), lower=(0, 0, -0.1), upper=(1, 1, 1),
+            periodic=(True, False, False), dimension=2,
+        ),
+        1,
+    )  # fmt: skip
+    fluid.add_boundary(
+        tank_walls((0, 0, 0), (1, 0, 0.9), spacing, sides=("-z",), periodic=(True, False, False), dimension=2)
+    )
+    points = off_lattice({"water": block((0, 0, 0), (1, 0, depth), spacing, 2)}, spacing, 2, 1)["water"]
+
+    def swing(x: np.ndarray, z: np.ndarray) -> np.ndarray:
+        size = 0.5 * spacing * omega / np.sinh(number * depth)
+        return size * np.stack(
+            [np.sin(number * x) * np.cosh(number * z), 0.0 * x, -np.cos(number * x) * np.sinh(number * z)]
+        )
+
+    fluid.add_particles(points, phase="water", velocity=swing(points[:, 0], points[:, 2]).T)
+    period, found = round(2.0 * np.pi / omega / 0.01), []
+    for _ in range(5 * period):
+        fluid.advance(0.01)
+        now = fluid.particles
+        mode = swing(now.position[0], now.position[2])
+        found.append((mode * now.velocity).sum() / (mode * mode).sum())
+    fluid.close()
+    turned = np.exp(-1j * omega * 0.01 * np.arange(period))
+    first, last = (abs((np.array(part) * turned).sum()) for part in (found[:period], found[-period:]))
+    assert (last / first) ** 0.25 > kept
