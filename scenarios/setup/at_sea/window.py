@@ -159,8 +159,8 @@ def require_water(
                     f" {place}.size must hold all of a fixed body, or the window must be clear of it"
                 )
         told += (
-            f"{place}: body {body!r} reaches to the bottom of it or below; particles give 0.4 to 0.75 of a wave's force on its part in the"
-            " window, less in a deeper one, and nothing gives that on the part below"
+            f"{place}: body {body!r} reaches to the bottom of it or below; particles give 0.7 to 1.0 of a wave's force on its part in the"
+            " window, most in a deep one, and nothing gives that on the part below"
             for body in _down_to_the_bottom(fixed, settings, _middle(table.target, solids), level)
         )
     if problems:

@@ -187,7 +187,7 @@ window = {target = [0.0, 0.0], size = [7.0, 7.0], depth = 2.5}
 
 @pytest.mark.slow
 def test_a_pile_down_to_the_sea_bed_is_pushed_by_waves_and_told(tmp_path: Path) -> None:
-    """Inertia 2 rho pi R^2 a on the 2.5 m in the window (MacCamy and Fuchs 1954, slender): particles give half of it or more."""
+    """Inertia 2 rho pi R^2 a on the 2.5 m in the window (MacCamy and Fuchs 1954, slender): particles give 0.7 of it or more."""
     (tmp_path / "pile.toml").write_text(PILE)
     scenario = load_scenario(tmp_path / "pile.toml").scenario
     (told,) = [text for text in estimate(scenario).told if "'pile' reaches to the bottom" in text]
@@ -205,7 +205,7 @@ def test_a_pile_down_to_the_sea_bed_is_pushed_by_waves_and_told(tmp_path: Path) 
     points[:, 2] = -2.5 * (np.arange(20) + 0.5) / 20
     steepest = [sea.acceleration(points, time)[:, 0].mean() for time in np.linspace(3.0, 6.0, 60)]
     whole = 2.0 * 1027.0 * np.pi * 0.25 * 2.5 * np.ptp(steepest)
-    assert 0.5 < np.ptp(force[60:]) / whole < 1.1
+    assert 0.7 < np.ptp(force[60:]) / whole < 1.1
 
 
 BALL = """
