@@ -1,7 +1,7 @@
 """Loads of a sea on a boom's segment without particles.
 
 The segment's mesh as built carries buoyancy and wave pressure. Added mass is that of its section (`oilsim.loads.load_model`):
-the skirt with the float's draft is a plate of full draft in sway, the float half an ellipse in heave. Water drags the skirt with
+the skirt is a plate of full draft in sway, whatever of the float is wet, the float half an ellipse in heave. Water drags the skirt with
 C_d = 1.88, the rule 26 A V^2 of the US Navy (F in kgf, V in knots), and along it with skin friction; wind presses on the freeboard with
 the coefficient of the rule 26 A (V / 40)^2.
 """
@@ -56,6 +56,7 @@ def segment_loads(segment: BoomSegment, boom: Boom) -> LoadModel:
         added_mass=added,
         wave_damping=np.array([0.0, 0.0, damping]),
         design_volume=segment.hydrostatics.displaced_volume,
+        plate=(segment.waterline - boom.skirt_depth, boom.skirt_depth),
     )
     stations = [station for side in (-GAUSS, GAUSS) for station in _stations(segment, boom, side * length)]
     return LoadModel(parts=(part,), stations=tuple(stations))

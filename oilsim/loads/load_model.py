@@ -74,6 +74,8 @@ class Part:
     added_mass     (3,) [kg] along the model's axes, at the design waterline
     wave_damping   (3,) [kg/s] along the model's axes, at the design waterline: force by relative speed, from the waves that it makes
     design_volume  [m3] wetted at the design waterline: added mass and damping fade with the wetted volume below it
+    plate          foot and draft [m] of a plate whose added mass is that along the model's second axis: its foot's place along the third
+                   axis, and its depth at the design waterline; None: it is the volume's
     skin           (N, 3, 3) [m] pieces of the body's own surface, outward, on which water and air press and rub
     skin_drag      (2,) [1] C_n of the flow across the skin and C_f of that along it
     """
@@ -82,6 +84,7 @@ class Part:
     added_mass: Array
     wave_damping: Array
     design_volume: float
+    plate: tuple[float, float] | None = None
     skin: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
     skin_drag: tuple[float, float] = (0.0, 0.0)
 
@@ -125,7 +128,10 @@ class LoadModel:
 
 
 class StackedParts(NamedTuple):
-    """Parts of all bodies, see `Part`: body (P,), first (P + 1,) triangle, triangles (T, 3, 3), center (P, 3) [m] of the part's bounds."""
+    """Parts of all bodies, see `Part`: body (P,), first (P + 1,) triangle, triangles (T, 3, 3), center (P, 3) [m] of the part's bounds.
+
+    plate (P, 2) [m]: foot and draft, the draft 0 without one.
+    """
 
     body: Ints
     first: Ints
@@ -134,6 +140,7 @@ class StackedParts(NamedTuple):
     added_mass: Array
     wave_damping: Array
     design_volume: Array
+    plate: Array
 
 
 class StackedStations(NamedTuple):
@@ -171,6 +178,7 @@ def stacked_parts(models: Sequence[LoadModel]) -> StackedParts:
         added_mass=np.array([part.added_mass for _, part in parts], dtype=np.float64).reshape(-1, 3),
         wave_damping=np.array([part.wave_damping for _, part in parts], dtype=np.float64).reshape(-1, 3),
         design_volume=np.array([part.design_volume for _, part in parts], dtype=np.float64),
+        plate=np.array([part.plate or (0.0, 0.0) for _, part in parts], dtype=np.float64).reshape(-1, 2),
     )
 
 

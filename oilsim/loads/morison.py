@@ -13,6 +13,9 @@ A part that comes down into water takes hold of more of it (von Karman 1929); wh
     F = dA/dt (u - v),  dA/dt = added mass / design volume * S max(0, (u - v) . n),  S the area that the surface cuts out of the part,
                         while V is below the design volume.
 
+A plate, such as a skirt, carries along what its own wetted depth h does, at the middle of that depth: A across it fades with (h / draft)^2,
+not with the volume, which is a float's. Its foot stays in the water, so it takes hold of none anew.
+
 Wave damping, F = B s (u - v), takes what the body's own waves carry off. Drag by stations, along each of the body's axes by itself
 (cross-flow principle), with w the wetted share of the station's height:
 
@@ -36,6 +39,7 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import njit
 from oilsim.core.physical_constants import AIR_DENSITY
+from oilsim.loads.body_axes import cross, into_body, matrices, spread
 from oilsim.loads.load_model import (
     LoadModel,
     StackedParts,
@@ -108,7 +112,7 @@ class FloatingBodies:
 
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
         """Return the loads at `time` [s]; pose (B, 7) [m, 1] with quaternions xyzw, twist (B, 6) [m/s, rad/s]."""
-        turn = _matrices(pose[:, 3:]) @ self._axes
+        turn = matrices(pose[:, 3:]) @ self._axes
         motion = _Motion(np.ascontiguousarray(pose[:, :3]), turn, np.ascontiguousarray(twist))
         found = BodyLoads(*(np.zeros((self._count, *shape)) for shape in ((6,), (6, 6), (6, 6), ())))
         centers = _world_points(motion, self._parts.body, self._parts.center)
@@ -156,18 +160,6 @@ class FloatingBodies:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _matrices(orientation: Array) -> Array:
-    """Compute matrices (B, 3, 3), body axes to world axes, of unit quaternions (B, 4) xyzw."""
-    result = np.empty((len(orientation), 3, 3))
-    for n in range(len(orientation)):
-        x, y, z, w = orientation[n]
-        result[n, 0] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
-        result[n, 1] = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
-        result[n, 2] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
-    return result
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
 def _world_points(motion: _Motion, body: NDArray[np.int64], place: Array) -> Array:
     """Return the places (n, 3) [m] of bodies in the world."""
     points = np.empty(place.shape)
@@ -180,42 +172,9 @@ def _world_points(motion: _Motion, body: NDArray[np.int64], place: Array) -> Arr
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _into_body(turn: Array, vector: Array, result: Array) -> None:
-    """Write R^T `vector` (3,), along a body's axes, to `result` (3,)."""
-    for own in range(3):
-        result[own] = turn[0, own] * vector[0] + turn[1, own] * vector[1] + turn[2, own] * vector[2]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _cross(a: Array, b: Array, result: Array) -> None:
-    """Write a x b, both (3,), to `result` (3,)."""
-    result[0] = a[1] * b[2] - a[2] * b[1]
-    result[1] = a[2] * b[0] - a[0] * b[2]
-    result[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _spread(matrix: Array, arm: Array, values: Array) -> None:
-    """Add J^T diag(`values`) J to a matrix (6, 6), with J = [1, -arm x] the velocity at `arm` (3,) [m] by the twist; values (3,)."""
-    for axis in range(3):
-        value, after, before = values[axis], (axis + 1) % 3, (axis + 2) % 3
-        # J's row of this axis is (e_axis, e_after arm_before - e_before arm_after)
-        one, other = value * arm[before], -value * arm[after]
-        matrix[axis, axis] += value
-        matrix[axis, 3 + after] += one
-        matrix[3 + after, axis] += one
-        matrix[axis, 3 + before] += other
-        matrix[3 + before, axis] += other
-        matrix[3 + after, 3 + after] += one * arm[before]
-        matrix[3 + before, 3 + before] -= other * arm[after]
-        matrix[3 + after, 3 + before] -= one * arm[after]
-        matrix[3 + before, 3 + after] -= one * arm[after]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
 def _slip(turn: Array, fluid: Array, twist: Array, arm: Array, result: Array) -> None:
     """Write the velocity of a `fluid` (3,) [m/s] past a place at `arm` (3,) [m] to `result` (3,); `twist` (6,) along the body's axes."""
-    _into_body(turn, fluid, result)
+    into_body(turn, fluid, result)
     for axis in range(3):
         after, before = (axis + 1) % 3, (axis + 2) % 3
         result[axis] -= twist[axis] + twist[3 + after] * arm[before] - twist[3 + before] * arm[after]
@@ -226,8 +185,8 @@ def _own_twists(motion: _Motion) -> Array:
     """Return the twists (B, 6) [m/s, rad/s] along the bodies' axes."""
     own = np.empty(motion.twist.shape)
     for b in range(len(own)):
-        _into_body(motion.turn[b], motion.twist[b, :3], own[b, :3])
-        _into_body(motion.turn[b], motion.twist[b, 3:], own[b, 3:])
+        into_body(motion.turn[b], motion.twist[b, :3], own[b, :3])
+        into_body(motion.turn[b], motion.twist[b, 3:], own[b, 3:])
     return own
 
 
@@ -248,7 +207,7 @@ def _add_parts(parts: StackedParts, motion: _Motion, water: _Water, densities: A
         for axis in range(3):
             up[axis] = turn[2, axis]
             height += up[axis] * center[axis]
-        _into_body(turn, water.surface_acceleration[p], steep)
+        into_body(turn, water.surface_acceleration[p], steep)
         for axis in range(3):
             steep[axis] += gravity * up[axis]
             surface[axis] = center[axis] + up[axis] * (water.elevation[p] - height)
@@ -267,18 +226,44 @@ def _add_parts(parts: StackedParts, motion: _Motion, water: _Water, densities: A
         if share < 1.0:
             coming = slip[0] * normal[0] + slip[1] * normal[1] + slip[2] * normal[2]
             entering = total[4] * max(0.0, coming) / parts.design_volume[p]
-        _cross(twist[3:], arm, force)
-        _cross(twist[3:], force, turning)
-        _into_body(turn, water.acceleration[p], steep)
+        cross(twist[3:], arm, force)
+        cross(twist[3:], force, turning)
+        into_body(turn, water.acceleration[p], steep)
+        has_plate = parts.plate[p, 1] > 0.0
         for axis in range(3):
-            carried[axis] = share * parts.added_mass[p, axis]
-            damped[axis] = share * parts.wave_damping[p, axis] + entering * parts.added_mass[p, axis]
+            added = 0.0 if has_plate and axis == 1 else parts.added_mass[p, axis]
+            carried[axis] = share * added
+            damped[axis] = share * parts.wave_damping[p, axis] + entering * added
             force[axis] = density * volume * (steep[axis] + gravity * up[axis])
             force[axis] += carried[axis] * (steep[axis] - turning[axis]) + damped[axis] * slip[axis]
         add_force_at(found.wrench[b], arm, force)
-        _spread(found.added_mass[b], arm, carried)
-        _spread(found.damping[b], arm, damped)
+        spread(found.added_mass[b], arm, carried)
+        spread(found.damping[b], arm, damped)
         found.wetted_volume[b] += volume
+        if has_plate:
+            _add_plate(parts, p, motion, water, twist, steep, found)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _add_plate(
+    parts: StackedParts, p: int, motion: _Motion, water: _Water, twist: Array, acceleration: Array, found: BodyLoads
+) -> None:
+    """Add the inertia of the water that the plate of part `p` carries along; twist (6,) and acceleration (3,) in the body's axes."""
+    b, foot, draft = parts.body[p], parts.plate[p, 0], parts.plate[p, 1]
+    up = max(motion.turn[b, 2, 2], 0.1)  # one that lies on its side is as deep as it is long
+    wet = min(draft, (water.elevation[p] - motion.position[b, 2]) / up - foot)
+    if not wet > 0.0:
+        return
+    vectors = np.zeros((4, 3))
+    arm, turning, force, carried = vectors
+    arm[0], arm[1], arm[2] = parts.center[p, 0], parts.center[p, 1], foot + 0.5 * wet
+    carried[1] = parts.added_mass[p, 1] * (wet / draft) ** 2
+    cross(twist[3:], arm, force)
+    cross(twist[3:], force, turning)
+    force[:] = 0.0
+    force[1] = carried[1] * (acceleration[1] - turning[1])
+    add_force_at(found.wrench[b], arm, force)
+    spread(found.added_mass[b], arm, carried)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -299,7 +284,7 @@ def _add_stations(
             _slip(motion.turn[b], water.wind[s], twists[b], arm, slip)
             _press(0.5 * densities[1] * (1.0 - share), stations.wind_area[s], slip, pressed, slope)
         add_force_at(found.wrench[b], arm, pressed)
-        _spread(found.damping[b], arm, slope)
+        spread(found.damping[b], arm, slope)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -331,7 +316,7 @@ def _add_skin(
             if rubbing > 0.0:
                 for axis in range(3):
                     along[axis] /= speed
-                _cross(normal, along, across)
+                cross(normal, along, across)
                 _add_along(found.damping[b], arm, along, 2.0 * rubbing)
                 _add_along(found.damping[b], arm, across, rubbing)
         add_force_at(found.wrench[b], arm, force)
@@ -354,7 +339,7 @@ def _add_along(matrix: Array, arm: Array, direction: Array, value: float) -> Non
     """Add value g g^T to a matrix (6, 6), g the velocity along `direction` (3,) at `arm` (3,) [m] by the twist."""
     lever = np.empty(6)
     lever[:3] = direction
-    _cross(arm, direction, lever[3:])
+    cross(arm, direction, lever[3:])
     for i in range(6):
         for j in range(6):
             matrix[i, j] += value * lever[i] * lever[j]

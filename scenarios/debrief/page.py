@@ -274,10 +274,27 @@ def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]
     force, _ = tow_force(
         boom.length, gap, boom.skirt_depth, speed, drag_coefficient=skirt_drag_coefficient(), density=density
     )
+    calm, _ = tow_force(
+        boom.length,
+        gap,
+        boom.skirt_depth,
+        float(across.mean()),
+        drag_coefficient=skirt_drag_coefficient(),
+        density=density,
+    )
+    in_waves = boom.hold_time > boom.skirt_depth / PRACTICE_SPEED * (1.0 + 1e-9)  # a wave's period
+    told = (
+        f"{three_figures(float(mean) / calm)} times as much: the orbital velocity of waves adds its mean square to V²"
+    )
+    waves = (
+        [("Recorded, beside the rule of thumb at the mean speed, as in calm water", told)]
+        if in_waves and calm > 0.0
+        else []
+    )
     radius = catenary_parameter(boom.length, gap)
     area = f"A = {boom.skirt_depth:g} m of skirt × {three_figures(radius)} m, the radius of the apex at a gap ratio of {gap:.2f}"
     return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / KNOT:.2f} kn across "
-             "the line between the ends", force_in_words(force)), recorded]  # fmt: skip
+             "the line between the ends", force_in_words(force)), recorded, *waves]  # fmt: skip
 
 
 def _booms(replay: Replay) -> Sequence[BoomDescription]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -187,3 +188,20 @@ def test_section_coefficients_are_those_of_half_cylinder_and_plate():
 def test_a_part_without_volume_is_refused():
     with pytest.raises(ValueError, match=r"part 0 wets 0 m3 at the design waterline, allowed: above 0 m3"):
         LoadModel(parts=(part_of(trimesh.creation.box((1, 1, 1)), design_volume=0.0),))
+
+
+@pytest.mark.parametrize("rise", [-0.1, -0.04, 0.0, 0.3])
+def test_a_plate_carries_water_along_by_its_own_depth_and_not_by_the_floats_volume(rise):
+    """A skirt of 0.8 m in water that stands higher by `rise`: A (h / d)^2 across it, at the middle of h, whatever of the float is wet."""
+    float_ = trimesh.creation.box((1.0, 0.4, 0.4)).apply_translation((0, 0, 0.0))
+    part = replace(part_of(float_, added_mass=(0.0, 1000.0, 0.0), design_volume=0.08), plate=(-0.8, 0.8))
+    found = FloatingBodies([LoadModel(parts=(part,))], steady_sea(density=RHO)).loads(
+        0.0, pose_at((0, 0, -rise)), np.zeros((1, 6))
+    )
+    assert found.wetted_volume[0] == pytest.approx(0.4 * min(0.4, 0.2 + rise))
+    wet = min(0.8, 0.8 + rise)
+    carried = 1000.0 * (wet / 0.8) ** 2
+    assert found.added_mass[0][1, 1] == pytest.approx(carried)
+    assert found.added_mass[0][1, 3] == pytest.approx(
+        carried * (0.8 - 0.5 * wet)
+    )  # y by a turn about x: -z of the middle

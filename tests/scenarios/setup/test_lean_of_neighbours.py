@@ -74,7 +74,7 @@ def test_fabric_keeps_neighbours_from_rolling_against_each_other(
     monkeypatch.setattr("booms.boom.FABRIC_SHEAR", 0.0)
     free = rolls(WAVES, tmp_path)
     zigzag = [float(np.sqrt((np.diff(one, axis=1) ** 2).mean())) for one in (fabric, free)]
-    assert zigzag[0] < 0.35 * zigzag[1]
+    assert zigzag[0] < 0.5 * zigzag[1]
     frequency = np.fft.rfftfreq(len(free), 0.2)
     spectra = [(np.abs(np.fft.rfft(one - one.mean(axis=0), axis=0)) ** 2).sum(axis=1) for one in (fabric, free)]
     shares = [one[(frequency > 0.2) & (frequency < 0.35)].sum() / one.sum() for one in spectra]
