@@ -3,19 +3,32 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scenarios.commands.options import add_scenario, overrides
 from scenarios.running.output_paths import free_recording, unwritable
 from scenarios.spec.at_rest import rest_settings
 from scenarios.text.problems import Problem, ScenarioError, reason_of
 
+if TYPE_CHECKING:
+    from scenarios.conduct.conducted_run import Errand
+
 
 def register(commands: argparse._SubParsersAction) -> None:
     """Add the subcommand's parser to `commands`."""
     parser = commands.add_parser("conduct", help="run an exercise live, with pages for instructor, crews and observers")
-    add_scenario(parser)
+    add_scenario(parser, required=False)
+    parser.add_argument(
+        "--resume",
+        type=Path,
+        metavar="FILE.rrd",
+        help="go on with a recorded run where it ended, after a crash for example; --set then gives orders there",
+    )
+    parser.add_argument("--at", type=float, metavar="S", help="with --resume: go on from simulated time S [s]")
     parser.add_argument(
         "--record", type=Path, metavar="FILE.rrd", help="recording to write (default: NAME.rrd, or NAME-2.rrd)"
     )
@@ -47,22 +60,9 @@ def register(commands: argparse._SubParsersAction) -> None:
 def _conduct(options: argparse.Namespace) -> int:
     password = _password(options)
     _require_possible(options)
-    from scenarios.spec.load import load_scenario
-
-    chosen = overrides(options)
-    loaded = load_scenario(options.scenario, overrides=chosen, demo=options.demo)
-    if not options.plan:
-        chosen = (*rest_settings(loaded.scenario), *chosen)
-    from scenarios.conduct.conducted_run import Errand
     from scenarios.conduct.console import ConsoleOptions, conduct
 
-    errand = Errand(
-        scenario=options.scenario,
-        record=options.record or free_recording(loaded.scenario.name),
-        overrides=chosen,
-        demo=options.demo,
-        pace=options.pace,
-    )
+    errand, vessels = _new(options) if options.resume is None else _resumed(options)
     console = ConsoleOptions(
         host=options.host,
         port=options.port,
@@ -71,10 +71,43 @@ def _conduct(options: argparse.Namespace) -> int:
         shows_scene=not options.no_scene,
     )
     try:
-        return conduct(errand, list(loaded.scenario.vessels), console)
+        return conduct(errand, vessels, console)
     except OSError as error:
         text = f"cannot be served at {options.host}:{options.port}: {error.strerror or error}; allowed: a free port of this machine"
         raise ScenarioError([Problem("the console", text)], "oilsim") from error
+
+
+def _new(options: argparse.Namespace) -> tuple[Errand, list[str]]:
+    """Return the errand of a run from its start, and the names of its vessels."""
+    from scenarios.conduct.conducted_run import Errand
+    from scenarios.spec.load import load_scenario
+
+    chosen = overrides(options)
+    loaded = load_scenario(options.scenario, overrides=chosen, demo=options.demo)
+    if not options.plan:
+        chosen = (*rest_settings(loaded.scenario), *chosen)
+    record = options.record or free_recording(loaded.scenario.name)
+    errand = Errand(scenario=options.scenario, record=record, overrides=chosen, demo=options.demo, pace=options.pace)
+    return errand, list(loaded.scenario.vessels)
+
+
+def _resumed(options: argparse.Namespace) -> tuple[Errand, list[str]]:
+    """Return the errand that resumes a recorded run, and the names of its vessels; ScenarioError where it cannot go on."""
+    from scenarios.conduct.conducted_run import Errand, restart_of
+    from scenarios.conduct.recalled import end_and_names
+
+    end, taken = end_and_names(options.resume)
+    at = end if options.at is None else options.at
+    record = options.record or free_recording(f"{options.resume.stem.partition('-from-')[0]}-from-{at:g}s", taken)
+    if record.name in taken:  # branches are known by the names of their recordings
+        raise ScenarioError(
+            [Problem("--record", f"is {record.name}, a recording of the run that is resumed, allowed: another name")],
+            "oilsim",
+        )
+    name, settings = options.resume.stem, overrides(options)
+    errand = Errand(scenario=name, record=record, source=options.resume, at=at, settings=settings, pace=options.pace)
+    scenario = restart_of(errand).plan.scenario
+    return replace(errand, scenario=scenario.name), list(scenario.vessels)
 
 
 def _password(options: argparse.Namespace) -> str | None:
@@ -98,6 +131,12 @@ def _password(options: argparse.Namespace) -> str | None:
 def _require_possible(options: argparse.Namespace) -> None:
     """Raise ScenarioError with every option that cannot be."""
     problems = []
+    if (options.scenario is None) == (options.resume is None):
+        text = "is missing, allowed: a scenario's name or file, or --resume FILE.rrd"
+        again = "is given beside --resume, allowed: one of them"
+        problems.append(Problem("NAME-or-FILE", text if options.resume is None else again))
+    if options.at is not None and not (options.resume is not None and math.isfinite(options.at) and options.at > 0.0):
+        problems.append(Problem("--at", f"is {options.at:g} s, allowed: with --resume FILE.rrd, above 0 s"))
     if options.host not in ("127.0.0.1", "localhost", "::1") and options.password is None:
         text = f"is {options.host!r}, which others can reach; allowed: with --password FILE only"
         problems.append(Problem("--host", text))

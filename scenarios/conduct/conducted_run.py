@@ -26,6 +26,7 @@ from rich.console import Console
 from coupling.master.observer_dispatch import CommunicationPoint
 from recordings.files.writing import RecordingError
 from recordings.model.frame import INSTRUCTOR, ORDER_SOURCES, Event, Frame, RunDescription
+from scenarios.conduct.averages import Means
 from scenarios.conduct.snapshot import scene_of, state_of
 from scenarios.running.assembly import Assembly
 from scenarios.running.checkpoints import Restart, find_restart
@@ -122,6 +123,7 @@ class ConsoleFeed:
         self._assembly, self._plan, self._pace, self._sender = assembly, plan, pace, sender
         self._scenario = plan.scenario
         self._frame: Frame | None = None
+        self._means = Means()
         self._sent = 0.0  # wall time [s] of the last state
         self._is_paused = paused
         self._marks: deque[tuple[float, float]] = deque()  # wall and simulated time [s]
@@ -145,9 +147,7 @@ class ConsoleFeed:
 
     def event(self, event: Event) -> None:
         """Send the line of the log, and after an order, or other words of an instructor, the state that belongs to them."""
-        self._sender.tell(
-            {"time": event.time, "text": event.text, "level": event.level, "source": event.source, "mark": _mark(event)}
-        )
+        self._sender.tell(line_of(event))
         if event.source in ORDER_SOURCES:  # they speak at communication points, where the frame still holds
             if self._frame is None:
                 self._frame = self._resumed(event.time)
@@ -179,7 +179,7 @@ class ConsoleFeed:
 
     def _show(self, frame: Frame) -> None:
         began = wall_clock.perf_counter()
-        self._sender.show(state_of(self._assembly, self._scenario, frame) | self._clock())
+        self._sender.show(state_of(self._assembly, self._scenario, frame, self._means) | self._clock())
         self._sent = wall_clock.perf_counter()
         self.seconds += self._sent - began
 
@@ -198,10 +198,11 @@ class ConsoleFeed:
         }
 
 
-def _mark(event: Event) -> str | None:
-    """Return the name of the mark that an event sets; None for another event."""
+def line_of(event: Event) -> dict[str, Any]:
+    """Return an event as a line of the log, with the name of the mark that it sets, or None."""
     is_mark = event.source == INSTRUCTOR and event.text.startswith(MARKS)
-    return event.text.removeprefix(MARKS) if is_mark else None
+    mark = event.text.removeprefix(MARKS) if is_mark else None
+    return {"time": event.time, "text": event.text, "level": event.level, "source": event.source, "mark": mark}
 
 
 FLUSH = 5.0  # [s] for the last messages to a console
@@ -278,9 +279,9 @@ def _run(errand: Errand, sender: LatestSender) -> int:
 
     pace, quiet = Pace(errand.pace), Console(quiet=True)
 
-    def options(plan: Plan, source: Path | None) -> RunOptions:
+    def options(plan: Plan, source: Path | None, begins: float = 0.0) -> RunOptions:
         def feed(assembly: Assembly) -> ConsoleFeed:
-            return ConsoleFeed(assembly, plan, pace, sender, paused=errand.paused)
+            return ConsoleFeed(assembly, plan, pace, sender, paused=errand.paused and begins >= errand.at - 1e-9)
 
         return RunOptions(
             record=errand.record,
@@ -289,13 +290,13 @@ def _run(errand: Errand, sender: LatestSender) -> int:
             live=LiveView(errand.viewer, is_embedded=True) if errand.viewer else False,
             takes_orders=True,
             pace=pace,
-            begins_paused=errand.paused,
+            pauses_at=errand.at if errand.paused else None,
             watchers=(feed,),
         )
 
     if errand.source is not None:
         restart = restart_of(errand)
-        return resume(restart, options=options(restart.plan, None), console=quiet)
+        return resume(restart, options=options(restart.plan, None, restart.time), console=quiet)
     loaded = load_scenario(errand.scenario, overrides=errand.overrides, demo=errand.demo)
     return run_scenario(
         loaded.scenario,

@@ -23,6 +23,7 @@ from scenarios.conduct.access import INSTRUCTOR, Role
 from scenarios.conduct.commands import Command, refused, settings_of
 from scenarios.conduct.conducted_run import Errand, restart_of, start_run
 from scenarios.conduct.history import Album, History
+from scenarios.conduct.recalled import recalled
 from scenarios.debrief.order_words import order_in_words
 from scenarios.orders.client import NoAnswerError, ask
 from scenarios.orders.protocol import Kind
@@ -102,10 +103,14 @@ class Session:
         self.marks: list[dict[str, Any]] = []
         self.debriefs: dict[str, Path] = {}
         self.what_ifs: dict[str, dict[str, Any]] = {}  # comparisons with the run that people conducted, by recording
+        self._recalled: list[dict[str, Any]] = []  # the log of a recording that is resumed
         self._conducted, self._came_to = errand, 0.0  # the last run that people conducted, and its time [s] so far
 
     def start(self) -> None:
-        """Start the run."""
+        """Start the run; RecordingError if it resumes one that cannot be read."""
+        if self._errand.source is not None:
+            pieces, self._recalled = recalled(self._errand)
+            self._pieces = {piece.record.name: piece for piece in pieces}
         self._launch(self._errand)
 
     def close(self) -> None:
@@ -332,6 +337,9 @@ class Session:
             match message["kind"]:
                 case "scene":
                     self.scene, self.phase = message, "running"
+                    recalled_lines, self._recalled = self._recalled, []
+                    for line in recalled_lines:
+                        self._add(line)
                 case "state":
                     self.state, self.state_text = message, text.decode()
                     self.history.take(message)
@@ -352,7 +360,8 @@ class Session:
         words = order_in_words(line["text"], bearing) if line["source"] in ORDER_SOURCES else line["text"]
         self.lines.append(line | {"number": self.line_count, "words": words})
         if line.get("mark"):
-            self.marks.append({"name": line["mark"], "time": line["time"], "recording": self.recording.name})
+            recording = line.get("recording", self.recording.name)
+            self.marks.append({"name": line["mark"], "time": line["time"], "recording": recording})
 
     def _say(self, text: str, source: str) -> None:
         """Add a line of the console itself to the log."""

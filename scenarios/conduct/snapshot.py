@@ -21,6 +21,7 @@ from recordings.model import palette
 from recordings.model.exercise import BoomDescription
 from recordings.model.frame import Frame
 from recordings.model.words import CAUSE_IN_WORDS, LEADING
+from scenarios.conduct.averages import Means
 from scenarios.running.assembly import Assembly
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of, joint_name
 from scenarios.schema.sea import SeaSettings
@@ -123,8 +124,9 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
     }
 
 
-def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, Any]:
-    """Return the state at a frame; `scenario` has all orders so far."""
+def state_of(assembly: Assembly, scenario: Scenario, frame: Frame, means: Means | None = None) -> dict[str, Any]:
+    """Return the state at a frame; `scenario` has all orders so far. Speeds of vessels and pulls are averaged by `means`."""
+    means = means or Means()
     exercise = assembly.description.exercise
     booms = exercise.booms if exercise else ()
     current = np.array([frame.scalars.get(f"metrics/current/{axis}", 0.0) for axis in "xy"])
@@ -134,10 +136,10 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame) -> dict[str, 
         "time": frame.time,
         "index": frame.index,
         "vessels": {
-            name: _vessel_state(name, one, scenario.booms, assembly, frame, current)
+            name: _vessel_state(name, one, scenario.booms, assembly, frame, current, means)
             for name, one in scenario.vessels.items()
         },
-        "booms": {boom.name: _boom_state(boom, frame, current, assembly, several) for boom in booms},
+        "booms": {boom.name: _boom_state(boom, frame, current, assembly, several, means) for boom in booms},
         "tow": None if scenario.tow is None else {"speed": scenario.tow.speed, "heading": scenario.tow.heading},
         "weather": weather_of(scenario.sea),
         "pipes": {name: pipe.speed for name, pipe in scenario.emitters.items()},
@@ -207,16 +209,21 @@ def _vessel_state(
     assembly: Assembly,
     frame: Frame,
     current: np.ndarray,
+    means: Means,
 ) -> dict[str, Any]:
     body = frame.bodies[body_of(name)]
-    ground = body.linear_velocity[:2]
+    ground = means.mean(f"{name} over ground", frame.time, body.linear_velocity[:2])
+    heading = heading_of(body.orientation)
+    way = means.mean(f"{name} heading", frame.time, [np.cos(heading), np.sin(heading)])
+    water = means.mean(f"{name} through water", frame.time, body.linear_velocity[:2] - current)
     leg = getattr(assembly.parts.helms[name], "leg", None)
     return {
         "x": float(body.position[0]),
         "y": float(body.position[1]),
-        "heading": heading_of(body.orientation),
+        "heading": heading,
+        "mean_heading": float(np.arctan2(*way[::-1])),
         "over_ground": float(np.linalg.norm(ground)),
-        "through_water": float(np.linalg.norm(ground - current)),
+        "through_water": float(np.linalg.norm(water)),
         "engine": settings.engine,
         "line": _line_state(name, settings, booms, assembly),
         "ordered": None if leg is None else {"speed": leg.speed, "heading": leg.heading, "by_hand": leg.by_hand},
@@ -238,7 +245,7 @@ def _line_state(
 
 
 def _boom_state(
-    boom: BoomDescription, frame: Frame, current: np.ndarray, assembly: Assembly, several: bool
+    boom: BoomDescription, frame: Frame, current: np.ndarray, assembly: Assembly, several: bool, means: Means
 ) -> dict[str, Any]:
     bodies = [frame.bodies[segment] for segment in boom.segments]
     state = BoomState(
@@ -251,6 +258,8 @@ def _boom_state(
     )
     prefix = f"metrics/{boom.name}/" if several else "metrics/"
     scalars = {key.removeprefix(prefix): value for key, value in frame.scalars.items() if key.startswith(prefix)}
+    swings = {name: value for name, value in scalars.items() if name == "tow_speed" or name.startswith("tow_tension/")}
+    scalars |= {name: float(means.mean(f"{boom.name} {name}", frame.time, value)) for name, value in swings.items()}
     gauges = {name: _finite(scalars.get(name)) for name in GAUGES}
     lost, led_on = _named(scalars, "oil_lost/"), None
     if boom.deployment in LEADING:  # what it leads on is not lost

@@ -40,9 +40,9 @@ class OrderedRun(Protocol):
 class Instructor:
     """Gives a run the orders that come to its desk, and keeps its pace; each is None where it is not asked for."""
 
-    def __init__(self, desk: OrderDesk | None, pace: Pace | None, *, begins_paused: bool = False) -> None:
+    def __init__(self, desk: OrderDesk | None, pace: Pace | None, *, pauses_at: float | None = None) -> None:
         self._desk, self._pace = desk, pace
-        self._begins_paused = begins_paused and desk is not None
+        self._pauses_at = None if desk is None else pauses_at  # [s]
         self._is_paused = False
         self._steps = 0  # that a paused run makes before it waits again
 
@@ -50,8 +50,8 @@ class Instructor:
         """Answer the requests that wait; while the run is paused, wait for more, until it goes on or is to stop."""
         if self._desk is None:
             return
-        if self._begins_paused:
-            self._begins_paused = False
+        if self._pauses_at is not None and run.simulation.communication_point.time >= self._pauses_at - 1e-9:
+            self._pauses_at = None
             self._pause(run, True)
         for request in self._desk.requests:
             self._answer(request, run)
@@ -59,8 +59,11 @@ class Instructor:
             self._hold(self._desk, run)
 
     def keep_time(self, run: OrderedRun, *, hears: bool) -> None:
-        """Wait for the clock; if `hears`, requests that come meanwhile are answered here, as they come."""
-        if self._pace is None:
+        """Wait for the clock; if `hears`, requests that come meanwhile are answered here, as they come.
+
+        A run that is on its way to the moment at which it is to pause has no clock.
+        """
+        if self._pace is None or self._pauses_at is not None:
             return
 
         def rest(seconds: float) -> bool:

@@ -56,7 +56,7 @@ class RunOptions:
     checkpoints: folder for them; by default that of the recording, and none without a recording.
     overwrite: whether they may replace files that are there. source: the scenario's file, which none of them may be.
     takes_orders: whether `oilsim order` reaches the run while it goes on; pace: simulated seconds a second, None as fast as it can, or a
-    clock that others watch too. begins_paused: whether the run waits at its first communication point for the order to go on. watchers:
+    clock that others watch too. pauses_at: [s] where the run waits for the order to go on, to which it hurries; None: nowhere. watchers:
     whoever else watches the run, each made for it.
     """
 
@@ -69,7 +69,7 @@ class RunOptions:
     source: Path | None = None
     takes_orders: bool = False
     pace: float | Pace | None = None
-    begins_paused: bool = False
+    pauses_at: float | None = None
     watchers: tuple[Callable[[Assembly], Observer], ...] = ()
 
     @property
@@ -147,7 +147,7 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
 
 def _instructor(desk: OrderDesk | None, pace: Pace | None, options: RunOptions) -> Instructor | None:
     """Create the instructor of a run that takes orders or keeps a pace; None for another."""
-    return None if desk is None and pace is None else Instructor(desk, pace, begins_paused=options.begins_paused)
+    return None if desk is None and pace is None else Instructor(desk, pace, pauses_at=options.pauses_at)
 
 
 def _desk(name: str, options: RunOptions, stack: ExitStack, console: Console) -> OrderDesk | None:

@@ -1,5 +1,5 @@
-// Colours of oil by thickness, which the scene brings, and of booms by what they bear.
-import { KNOT } from "./units.js";
+// Colours of oil by thickness, which the scene brings, and of booms by what they bear; and the legend of both.
+import { KNOT, force } from "./units.js";
 
 // The class of a film among those of the scene, by its thickness [m].
 export function filmClass(films, thickness) {
@@ -19,4 +19,15 @@ export function tensionColor(tension, full) {
   if (tension == null) return "#8fa3af";
   const place = Math.min(Math.max(tension / full, 0), 1) * (TENSION.length - 1), low = Math.min(Math.floor(place), TENSION.length - 2);
   return `rgb(${TENSION[low].map((part, k) => Math.round(part + (place - low) * (TENSION[low + 1][k] - part))).join(",")})`;
+}
+
+const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
+const strip = (title, cells) => `<dl><dt>${title}</dt>${cells.map(([color, words]) => `<dd><i style="background:${color}"></i>${escape(words)}</dd>`).join("")}</dl>`;
+
+// The legend stands below the plan, so that it hides nothing.
+export function showLegend(place, scene, boomBy) {
+  const full = scene.booms[0]?.full_tension, parts = [0, 0.25, 0.5, 0.75, 1];
+  const byNormal = NORMAL_CLASSES.map((one) => [one.color, one.words]), byTension = parts.map((part) => [tensionColor(part * full, full), force(part * full).split(" (")[0]]);
+  const booms = scene.booms.length ? strip(boomBy === "normal" ? "Water against the boom" : "Tension of the boom", boomBy === "normal" ? byNormal : byTension) : "";
+  place.innerHTML = booms + strip("Oil, red rim: lost", scene.films.map((one) => [one.color, one.words]));
 }

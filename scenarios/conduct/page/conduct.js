@@ -1,5 +1,6 @@
 // The console's page: it shows what the server tells, and gives the orders of its role.
-import { buildControls, showInjects, showMarks, showVessels } from "./controls.js";
+import { buildControls, showInjects, showMarks, showOrdered, showVessels } from "./controls.js";
+import { showLegend } from "./colors.js";
 import { Charts, showGauges } from "./gauges.js";
 import { Debriefs } from "./debrief.js";
 import { Link } from "./link.js";
@@ -29,6 +30,7 @@ const on = {
     at("log").replaceChildren();
     timeline.begin();
     document.body.classList.toggle("crew", message.role === "vessel");
+    document.body.classList.toggle("observer", message.role === "observer");
     at("role").textContent = message.role === "vessel" ? `Vessel ${message.vessel}` : message.role[0].toUpperCase() + message.role.slice(1);
     at("transport").hidden = message.role !== "instructor";
     at("tab-scene").hidden = at("tab-both").hidden = !message.viewer;
@@ -51,11 +53,11 @@ const on = {
     at("title").textContent = message.title || message.name;
     document.title = `${message.name}: ${conduct.hello.vessel || conduct.hello.role}`;
     plan.begin(message);
+    showLegend(at("legend"), message, plan.boomBy);
     if (conduct.builtFor === conduct.session.run) return; // the page was cut off and is back: what is typed stays
     conduct.builtFor = conduct.session.run;
     buildControls(at("controls"), conduct.hello, message, link);
     showMarks(conduct.session, link);
-    conduct.isFilled = false;
   },
   history(message) {
     charts.begin(conduct.scene, message.rows);
@@ -70,7 +72,8 @@ const on = {
     showVessels(conduct.scene, message);
     showInjects(message);
     conduct.helm?.follow(message.vessels[conduct.hello.vessel]?.ordered);
-    fillOnce(message);
+    showOrdered(conduct.scene, message);
+    tellLag();
     phase();
     },
   refused(message) { notice(message.problems.map(([place, text]) => `${place} ${text}`).join("; "), true); },
@@ -90,23 +93,6 @@ function show(state) {
 function floats(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   return new Float32Array(bytes.buffer);
-}
-
-// Puts what is ordered now into the fields, once for each run.
-function fillOnce(state) {
-  if (conduct.isFilled || conduct.hello.role !== "instructor") return;
-  conduct.isFilled = true;
-  const fill = (id, number, digits) => { if (at(id) && number != null && Number.isFinite(number)) at(id).value = number.toFixed(digits); };
-  const bearing = conduct.scene.bearing, degrees = (way) => way == null ? null : ((bearing - way) * 180 / Math.PI % 360 + 360) % 360;
-  const { wind, current, waves } = state.weather;
-  fill("wind-speed", wind && wind.speed / KNOT, 0); fill("wind-from", wind && degrees(wind.direction + Math.PI), 0);
-  fill("current-speed", current && current.speed / KNOT, 2); fill("current-to", current && degrees(current.direction), 0);
-  fill("waves-height", waves && waves.height, 2);
-  fill("tow-speed", state.tow && state.tow.speed / KNOT, 2); fill("tow-course", state.tow && degrees(state.tow.heading), 0);
-  for (const [name, vessel] of Object.entries(state.vessels)) {
-    fill(`speed-${name}`, vessel.ordered && vessel.ordered.speed / KNOT, 2);
-    fill(`course-${name}`, degrees(vessel.ordered?.heading ?? vessel.heading), 0);
-  }
 }
 
 function phase() {
@@ -132,7 +118,7 @@ function select(name) {
   for (const one of ["plan", "scene", "both", "debrief"]) at(`tab-${one}`).setAttribute("aria-selected", String(one === name));
   at("view-plan").hidden = !["plan", "both"].includes(name);
   at("view-scene").hidden = !["scene", "both"].includes(name);
-  at("views").hidden = at("timeline").hidden = name === "debrief";
+  at("views").hidden = at("legend").hidden = at("timeline").hidden = name === "debrief";
   at("view-debrief").hidden = name !== "debrief";
   if (!at("view-scene").hidden && !at("view-scene").firstChild) {
     const frame = document.createElement("iframe"); // of another origin: browsers give it a process of its own
@@ -141,12 +127,20 @@ function select(name) {
     at("view-scene").append(frame);
   }
   plan.redraw();
+  tellLag();
 }
 
 // Lets the 3-D view show the moment at which the timeline stands.
 function moveScene() {
   const frame = at("view-scene").firstChild;
   if (frame) frame.contentWindow.postMessage({ time: timeline.past }, new URL(frame.src).origin);
+}
+
+// Says how far the 3-D view lags behind the moment at which the page stands.
+function tellLag() {
+  const now = timeline.past ?? conduct.state?.time, lag = now - conduct.shown, isSeen = !at("view-scene").hidden && conduct.shown != null && now != null;
+  at("scene-lag").hidden = !isSeen;
+  if (isSeen) at("scene-lag").textContent = `3-D shows ${clock(conduct.shown)}: ${Math.abs(lag) < 0.5 ? "keeps up" : `${Math.abs(lag).toFixed(lag < 10 ? 1 : 0)} s ${lag > 0 ? "behind" : "ahead"}`}`;
 }
 
 async function debrief() {
@@ -195,7 +189,7 @@ at("step").addEventListener("click", () => link.give("step"));
 at("mark").addEventListener("click", mark);
 at("end").addEventListener("click", () => link.give("end"));
 at("debrief").addEventListener("click", debrief);
-at("boom-by").addEventListener("change", () => { plan.boomBy = at("boom-by").value; plan.redraw(); });
+at("boom-by").addEventListener("change", () => { plan.boomBy = at("boom-by").value; plan.redraw(); showLegend(at("legend"), conduct.scene, plan.boomBy); });
 at("follow").addEventListener("change", () => plan.setFollow(at("follow").checked));
 plan.onFollow = (wanted) => { at("follow").checked = wanted; };
 at("fit").addEventListener("click", () => { plan.fit(); plan.setFollow(true); });
@@ -240,4 +234,5 @@ addEventListener("message", (event) => {
   if (!frame || event.source !== frame.contentWindow || event.origin !== new URL(frame.src).origin) return;
   if (event.data === "scene") { takeKeysBack(); if (timeline.past !== null) moveScene(); }
   if (event.data.key) press(event.data.key);
+  if (event.data.shown != null) { conduct.shown = event.data.shown; tellLag(); }
 });

@@ -10,7 +10,13 @@ export function buildControls(place, hello, scene, link) {
   place.replaceChildren();
   if (hello.role === "instructor") instructor(place, hello, scene, link);
   else if (hello.role === "vessel") crew(place, hello.vessel, scene, link);
-  else place.innerHTML = "<p class='quiet'>You watch. The instructor and the crews give the orders.</p>";
+  else observer(place, scene);
+}
+
+// What is ordered, and what the vessels make of it.
+function observer(place, scene) {
+  for (const { name } of scene.vessels) group(place, `Vessel ${escape(name)}`, `<p class="state" id="state-${escape(name)}"></p>`);
+  if (!scene.vessels.length) place.innerHTML = "<p class='quiet'>You watch. The instructor gives the orders.</p>";
 }
 
 function group(place, title, inner) {
@@ -35,7 +41,6 @@ function instructor(place, hello, scene, link) {
   for (const boom of scene.booms) {
     const lines = boom.tow_line == null ? "" : `<div class="row">${number(`line-${boom.name}`, "Tow lines, by winch", "m", 0.5, 1, 500)}<button class="haul">Order</button></div>`;
     const box = group(place, `Boom ${escape(boom.name)}`, `${lines}<div class="row">${number(`part-${boom.name}`, "Part at joint", `1 to ${boom.segments - 1}`, 1, 1, boom.segments - 1)}<button class="grave">Part</button></div>`);
-    if (lines) document.getElementById(`line-${boom.name}`).value = boom.tow_line;
     when(box, ".haul", () => link.give("order", { settings: [`booms.${boom.name}.tow_line=${value(`line-${boom.name}`)}`] }));
     when(box, ".grave", () => {
       const joints = [...new Set([...(window.conduct.state?.booms[boom.name].parted ?? []), value(`part-${boom.name}`)])];
@@ -165,7 +170,6 @@ function lineControls(place, vessel, scene, link) {
   const { line } = scene.vessels.find((one) => one.name === vessel);
   if (!line) return;
   const box = group(place, "Tow line", `<div class="row">${number("own-line", "Length, by winch", "m", 0.5, 0.5, 500)}<button>Order</button></div>`);
-  document.getElementById("own-line").value = line.ordered.toFixed(1);
   when(box, "button", () => link.give("line", { vessel, length: value("own-line") }));
 }
 
@@ -206,9 +210,34 @@ export function showVessels(scene, state) {
     const place = document.getElementById(`state-${name}`);
     if (!place) continue;
     const ordered = orderedWords(vessel.ordered, scene.bearing), fault = engineFault(vessel.engine);
-    place.textContent = `Heading ${course(vessel.heading, scene.bearing)}, ${knots(vessel.over_ground)} over the ground, ${knots(vessel.through_water)} through the water${ordered}${lineWords(vessel.line)}${fault && `; ${fault}`}`;
+    place.textContent = `Heading ${course(vessel.mean_heading, scene.bearing)}, ${knots(vessel.over_ground)} over the ground, ${knots(vessel.through_water)} through the water${ordered}${lineWords(vessel.line)}${fault && `; ${fault}`}`;
   }
 }
+
+// Lets the fields show what is ordered now; what somebody has typed stays until it is ordered, in another colour while it is not.
+export function showOrdered(scene, state) {
+  const degrees = (way) => way == null ? null : compass(way, scene.bearing), { wind, current, waves } = state.weather;
+  fill("wind-speed", wind && wind.speed / KNOT, 0); fill("wind-from", wind && degrees(wind.direction + Math.PI), 0);
+  fill("current-speed", current && current.speed / KNOT, 2); fill("current-to", current && degrees(current.direction), 0);
+  fill("waves-height", waves && waves.height, 2);
+  fill("tow-speed", state.tow && state.tow.speed / KNOT, 2); fill("tow-course", state.tow && degrees(state.tow.heading), 0);
+  for (const [name, vessel] of Object.entries(state.vessels)) {
+    fill(`speed-${name}`, vessel.ordered && vessel.ordered.speed / KNOT, 2);
+    fill(`course-${name}`, degrees((vessel.ordered ?? vessel).heading), 0);
+  }
+  for (const boom of scene.booms) fill(`line-${boom.name}`, boom.ends.map((end) => state.vessels[end]?.line?.laid).find((laid) => laid != null), 1);
+  fill("own-line", state.vessels[window.conduct.hello.vessel]?.line?.ordered, 1);
+}
+
+function fill(id, number, digits) {
+  const field = document.getElementById(id);
+  if (field?.type !== "number" || number == null || !Number.isFinite(number)) return;
+  const ordered = number.toFixed(digits);
+  if (!field.dataset.typed && field.dataset.ordered !== ordered) field.value = field.dataset.ordered = ordered;
+  field.classList.toggle("typed", field.value !== "" && Number(field.value) !== Number(ordered));
+}
+document.addEventListener("input", (event) => { if (event.target.type === "number") event.target.dataset.typed = "yes"; });
+document.addEventListener("click", (event) => event.target.closest?.(".row button")?.closest(".row").querySelectorAll("input").forEach((one) => delete one.dataset.typed), { capture: true });
 
 export function showMarks(session, link) {
   const place = document.getElementById("marks");

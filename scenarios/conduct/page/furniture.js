@@ -1,16 +1,12 @@
-// What stands around a plan: north arrow, scale bar, arrows of current, wind and waves, and the legends.
-import { NORMAL_CLASSES, tensionColor } from "./colors.js";
-import { compass, course, force, knots } from "./units.js";
+// What stands in the corners of a plan: north arrow, scale bar, arrows of current, wind and waves.
+import { compass, course, knots } from "./units.js";
 
 const INK = "#14232e";
-const NARROW = 720; // px below which the scale stands above the legend
 
 export function drawFurniture(pen, view) {
-  const width = view.canvas.clientWidth, height = view.canvas.clientHeight;
-  drawNorth(pen, width - 36, 44);
-  drawScale(pen, view.scale, width - 20, height - (width < NARROW ? 138 : 22));
+  drawNorth(pen, view.width - 36, 44);
+  drawScale(pen, view.scale, view.width - 20, view.height - 22);
   drawWeather(pen, view, 14, 14);
-  drawLegend(pen, view, 14, height - 14, width - 28);
 }
 
 function panel(pen, left, top, width, height) {
@@ -62,23 +58,4 @@ function arrow(pen, left, top, turn, color) {
   pen.beginPath(); pen.moveTo(0, 12); pen.lineTo(0, -5); pen.stroke();
   pen.beginPath(); pen.moveTo(0, -13); pen.lineTo(6, -3); pen.lineTo(-6, -3); pen.fill();
   pen.restore();
-}
-
-function drawLegend(pen, view, left, bottom, room) {
-  const boom = view.scene.booms[0], byNormal = view.boomBy === "normal";
-  const full = boom?.full_tension ?? 1, parts = [0, 0.25, 0.5, 0.75, 1];
-  const rows = !boom ? [] : byNormal ? NORMAL_CLASSES.map((one) => [one.color, one.words]) : parts.map((part) => [tensionColor(part * full, full), force(part * full).split(" (")[0]]);
-  const oils = view.scene.films.map((one) => [one.color, one.words]);
-  const across = Math.min(oils.length, Math.max(1, Math.floor((room - 12) / 62))), tall = 18 + 22 * Math.ceil(oils.length / across);
-  panel(pen, left, bottom - tall - (rows.length ? 40 : 0), across * 62 + 12, tall + (rows.length ? 40 : 0));
-  const strip = (title, cells, top, wide, across) => {
-    write(pen, title, left + 8, top + 10, 600);
-    cells.forEach(([color, words], index) => {
-      const x = left + 8 + wide * (index % across), y = top + 22 * Math.floor(index / across);
-      pen.fillStyle = color; pen.fillRect(x, y + 18, wide - 3, 6);
-      pen.save(); write(pen, words, x, y + 31); pen.restore();
-    });
-  };
-  if (rows.length) strip(byNormal ? "Boom: speed of the water against it" : "Boom: tension", rows, bottom - tall - 42, Math.min(122, across * 62 / rows.length), rows.length);
-  strip("Oil: thickness (red rim: lost)", oils, bottom - tall - 2, 62, across);
 }

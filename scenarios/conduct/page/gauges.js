@@ -1,6 +1,6 @@
 // Gauges of each boom, and diagrams of the run so far.
 import uPlot from "./vendor/uPlot.esm.js";
-import { KNOT, force, knots, shareOf, volume } from "./units.js";
+import { KNOT, force, knots, rootUnit, shareOf, volume } from "./units.js";
 
 const entry = (title, value, extra = "", state = "") => `<dl class="gauge ${state}"><dt>${title}</dt><dd>${value}${extra}</dd></dl>`;
 const meter = (value, most, title) => `<meter min="0" max="${most}" value="${Math.min(value ?? 0, most)}" aria-label="${title}"></meter>`;
@@ -46,11 +46,12 @@ export class Charts {
     box.className = "chart";
     box.innerHTML = `<h2>${title}</h2>`;
     this.place.append(box);
-    const size = () => ({ width: Math.max(box.clientWidth, 160), height: 128 });
+    const unit = rootUnit(), font = `${11 * unit}px system-ui`;
+    const size = () => ({ width: Math.max(box.clientWidth, 160), height: 128 * unit });
     const plot = new uPlot({
       ...size(), cursor: { sync: { key: "run" } }, legend: { show: true, live: false },
       scales: { x: { time: false } },
-      axes: [{ size: 26, font: "11px system-ui" }, { size: 44, font: "11px system-ui" }],
+      axes: [{ size: 26 * unit, font }, { size: 44 * unit, font }],
       series: [{ label: "s" }, ...series.map(([label, stroke]) => ({ label, stroke, width: 2, points: { show: false } }))],
     }, [[], ...series.map(() => [])], box);
     new ResizeObserver(() => plot.setSize(size())).observe(box);

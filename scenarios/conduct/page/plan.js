@@ -1,5 +1,5 @@
 // The plan view: north up, drawn on a canvas from the latest state.
-import { compass, engineFault, knots } from "./units.js";
+import { compass, engineFault, knots, rootUnit } from "./units.js";
 import { filmClass, normalColor, tensionColor } from "./colors.js";
 import { drawFurniture } from "./furniture.js";
 
@@ -17,6 +17,7 @@ export class PlanView {
     this.pin = null; // a place [m] that the instructor has chosen
     this.own = null; // the vessel in the middle, on its crew's page
     this.tracks = {};
+    this.unit = 1;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.listen();
   }
@@ -53,9 +54,14 @@ export class PlanView {
     const ratio = window.devicePixelRatio || 1;
     this.canvas.width = Math.round(this.canvas.clientWidth * ratio);
     this.canvas.height = Math.round(this.canvas.clientHeight * ratio);
+    this.unit = rootUnit();
     this.isFitted = this.isFitted && !this.follows;
     this.redraw();
   }
+
+  // The size of the view, in units of which all that it shows grows with the page's letters.
+  get width() { return this.canvas.clientWidth / this.unit; }
+  get height() { return this.canvas.clientHeight / this.unit; }
 
   // Points of the exercise itself: vessels and booms.
   points() {
@@ -83,9 +89,8 @@ export class PlanView {
 
   fit() {
     const [low, high] = this.limits();
-    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     const middle = this.middle(), span = [0, 1].map((axis) => 2 * Math.max(middle[axis] - low[axis], high[axis] - middle[axis], 1e-3));
-    this.scale = 0.76 * Math.min((width - 60) / span[0], (height - 60) / span[1]);
+    this.scale = 0.76 * Math.min((this.width - 60) / span[0], (this.height - 60) / span[1]);
     this.center = middle;
     this.isFitted = true;
   }
@@ -97,12 +102,12 @@ export class PlanView {
 
   at(x, y) {
     const [east, north] = this.toMap(x, y);
-    return [this.canvas.clientWidth / 2 + (east - this.center[0]) * this.scale, this.canvas.clientHeight / 2 - (north - this.center[1]) * this.scale];
+    return [this.width / 2 + (east - this.center[0]) * this.scale, this.height / 2 - (north - this.center[1]) * this.scale];
   }
 
-  // The place in the world [m] at a point of the canvas.
+  // The place in the world [m] at a point of the canvas [px].
   placeAt(left, top) {
-    const east = this.center[0] + (left - this.canvas.clientWidth / 2) / this.scale, north = this.center[1] + (this.canvas.clientHeight / 2 - top) / this.scale;
+    const east = this.center[0] + (left / this.unit - this.width / 2) / this.scale, north = this.center[1] + (this.height / 2 - top / this.unit) / this.scale;
     const [sine, cosine] = [Math.sin(this.scene.bearing), Math.cos(this.scene.bearing)];
     return [east * sine + north * cosine, north * sine - east * cosine];
   }
@@ -117,18 +122,18 @@ export class PlanView {
     if (!this.canvas.clientWidth) return;
     if (!this.isFitted) this.fit();
     if (this.follows) this.center = this.middle();
-    const ratio = window.devicePixelRatio || 1, pen = this.context;
+    const ratio = (window.devicePixelRatio || 1) * this.unit, pen = this.context;
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = "#dcebf2";
-    pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
+    pen.fillRect(0, 0, this.width, this.height);
     this.drawOil(pen);
+    drawFurniture(pen, this); // below all that floats, so that it hides none of it
     for (const outline of Object.values(this.scene.bodies)) this.polygon(pen, outline, "#b9ae9c", "#6f6555");
     for (const boom of this.scene.booms) if (boom.area.length) this.polygon(pen, boom.area, "rgba(23,115,74,.12)", "#17734a");
     this.drawTracks(pen);
     for (const boom of this.scene.booms) this.drawBoom(pen, boom, this.state.booms[boom.name]);
     for (const vessel of this.scene.vessels) this.drawVessel(pen, vessel, this.state.vessels[vessel.name]);
     if (this.pin) this.drawPin(pen);
-    drawFurniture(pen, this);
   }
 
   polygon(pen, outline, fill, stroke) {
@@ -143,7 +148,7 @@ export class PlanView {
     const spots = this.spots ?? new Float32Array(0), films = this.scene.films, groups = films.map(() => new Path2D()), lost = new Path2D(), ashore = new Path2D(), fates = this.scene.fates;
     for (let k = 0; k < spots.length; k += 5) {
       const [left, top] = this.at(spots[k], spots[k + 1]), size = Math.max(CLOSED * spots[k + 2] * this.scale, 1.1);
-      if (left < -size || top < -size || left > this.canvas.clientWidth + size || top > this.canvas.clientHeight + size) continue;
+      if (left < -size || top < -size || left > this.width + size || top > this.height + size) continue;
       const path = fates[spots[k + 4]] === "stranded" ? ashore : groups[filmClass(films, spots[k + 3])];
       if (size < 2.5) path.rect(left - size, top - size, 2 * size, 2 * size);
       else { path.moveTo(left + size, top); path.arc(left, top, size, 0, 7); }
@@ -211,7 +216,7 @@ export class PlanView {
     pen.strokeStyle = "#ffffff"; pen.lineWidth = 1; pen.stroke();
     pen.restore();
     const words = `${vessel.name} ${knots(state.over_ground, 1)}${fault && `, ${fault}`}`;
-    label(pen, words, left + 12, top - beam / 2 - 8);
+    label(pen, words, Math.min(left + 12, this.width - 10 - 7 * words.length), top - beam / 2 - 8);
   }
 
   listen() {
@@ -221,7 +226,7 @@ export class PlanView {
     canvas.addEventListener("pointerup", () => { held = null; });
     canvas.addEventListener("pointermove", (event) => {
       if (!held) return;
-      this.move((held[0] - event.clientX) / this.scale, (event.clientY - held[1]) / this.scale);
+      this.move((held[0] - event.clientX) / this.unit / this.scale, (event.clientY - held[1]) / this.unit / this.scale);
       held = [event.clientX, event.clientY];
     });
     canvas.addEventListener("dblclick", (event) => {

@@ -19,3 +19,5 @@ export function clock(seconds) {
   const whole = Math.floor(seconds / 60);
   return `${whole}:${(seconds - 60 * whole).toFixed(1).padStart(4, "0")}`;
 }
+// The size of the page's letters over that on a screen of 1280 px: what is drawn grows with it, so that a projector's picture is read from afar.
+export const rootUnit = () => parseFloat(getComputedStyle(document.documentElement).fontSize) / 15;

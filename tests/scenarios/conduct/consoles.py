@@ -124,8 +124,13 @@ class Console:
 
 
 @contextmanager
-def console(folder: Path, text: str, *options: str, has_scene: bool = False) -> Iterator[Console]:
-    """Conduct the exercise of a scenario's text in a folder, with a 3-D view if wanted; it ends in order after the block."""
+def console(
+    folder: Path, text: str, *options: str, has_scene: bool = False, resumed: Path | None = None
+) -> Iterator[Console]:
+    """Conduct the exercise of a scenario's text in a folder, with a 3-D view if wanted; it ends in order after the block.
+
+    `resumed` is a recording to go on with instead.
+    """
     (folder / "exercise.toml").write_text(text)
     (folder / "user").mkdir(mode=0o700)
     for name in {*sys.stdlib_module_names, *FOREIGN}:
@@ -136,9 +141,9 @@ def console(folder: Path, text: str, *options: str, has_scene: bool = False) -> 
         "-m",
         "scenarios.cli",
         "conduct",
-        "exercise.toml",
+        *(["exercise.toml"] if resumed is None else ["--resume", str(resumed)]),
         "--record",
-        "whole.rrd",
+        "whole.rrd" if resumed is None else "resumed.rrd",
         "--no-browser",
         *([] if has_scene else ["--no-scene"]),
         *options,

@@ -121,6 +121,78 @@ def test_an_exercise_is_conducted_in_a_browser(served: Console) -> None:
             assert page.faults == []  # type: ignore[attr-defined]
 
 
+SCREENS = [(1280, 720), (1440, 900), (1920, 1080), (3840, 2160)]  # [px] that projectors and screens have
+HULL = [34, 52, 92]  # colour of a vessel on the plan
+
+
+def test_the_observers_page_fills_the_screen_and_hides_no_vessel(served: Console) -> None:
+    """It is the one that is projected: the plan has most of it, letters grow with it, and what stands in corners lies under vessels."""
+    with sync_api.sync_playwright() as player:
+        context = browser(player).new_context(bypass_csp=True)
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE)
+        page.goto(served.addresses["observer"])
+        page.wait_for_function("conduct.state")
+        sync_api.expect(page.locator("#state-port")).to_contain_text("ordered")
+        for width, height in SCREENS:
+            page.set_viewport_size({"width": width, "height": height})
+            page.wait_for_timeout(500)
+            main, plan = page.locator("main").bounding_box(), page.locator("#plan").bounding_box()
+            assert main is not None and plan is not None
+            assert main["y"] + main["height"] == pytest.approx(height, abs=1.0)
+            assert page.evaluate("document.documentElement.scrollHeight <= innerHeight")
+            assert plan["height"] > 0.6 * height
+            assert plan["width"] > 0.6 * width
+            letters = page.evaluate("parseFloat(getComputedStyle(document.documentElement).fontSize)")
+            assert letters == pytest.approx(max(15.0, min(0.0079 * width, 0.014 * height)), rel=0.01)
+            for corner in ([60, 60], [-40, 40], [-60, -30]):  # weather, north arrow, scale
+                assert _color_of_a_vessel_moved_to(page, corner) == HULL
+
+
+def _color_of_a_vessel_moved_to(page: sync_api.Page, corner: list[int]) -> list[int]:
+    """Move the plan until a vessel lies in a corner [px], from the right and bottom if negative; return the colour there."""
+    return page.evaluate(
+        """async ([left, top]) => {
+            const { plan, state } = conduct, vessel = state.vessels.port;
+            const there = [left < 0 ? plan.width + left : left, top < 0 ? plan.height + top : top];
+            plan.setFollow(false);
+            const [x, y] = plan.at(vessel.x, vessel.y);
+            plan.move((x - there[0]) / plan.scale, (there[1] - y) / plan.scale);
+            while (plan.isAsked) await new Promise((done) => setTimeout(done, 20)); // until it is drawn
+            const ratio = devicePixelRatio * plan.unit;
+            return [...plan.context.getImageData(Math.round(there[0] * ratio), Math.round(there[1] * ratio), 1, 1).data.slice(0, 3)];
+        }""",
+        corner,
+    )
+
+
+@pytest.mark.slow
+def test_the_boxes_show_what_is_ordered_until_somebody_types(served: Console) -> None:
+    """An order that came elsewhere is in the box; what is typed stays until it is ordered."""
+    with sync_api.sync_playwright() as player:
+        page = browser(player).new_context(bypass_csp=True).new_page()
+        page.set_default_timeout(PATIENCE)
+        page.goto(served.addresses["instructor"])
+        speed, heading = page.locator("#speed-port"), page.locator("#course-port")
+        sync_api.expect(heading).not_to_have_value("")
+        page.evaluate("conduct.link.give('go-on')")
+        for ordered in ("0.31", "0.32"):
+            page.evaluate(
+                f"conduct.link.give('steer', {{vessel: 'port', speed: {ordered} * 1852 / 3600, heading: 0, keeps_line: true}})"
+            )
+            sync_api.expect(speed).to_have_value(ordered)
+        speed.fill("0.4")
+        page.evaluate("conduct.link.give('steer', {vessel: 'port', speed: 0.2, heading: 0.1, keeps_line: true})")
+        sync_api.expect(heading).to_have_value("84")
+        sync_api.expect(speed).to_have_value("0.4")
+        sync_api.expect(speed).to_have_class("typed")
+        order(page, "Vessel port", "Order")
+        sync_api.expect(page.locator("#state-port")).to_contain_text("ordered 0.40 kn, course 084")
+        sync_api.expect(speed).to_have_value("0.40")
+        sync_api.expect(speed).not_to_have_class("typed")
+        page.evaluate("conduct.link.give('pause')")
+
+
 def _starts(page: sync_api.Page) -> None:
     """The keyboard makes a step, starts the run, changes its pace and sets a mark; the time scale is the clock's again."""
     page.keyboard.press(".")
@@ -265,6 +337,7 @@ def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_pa
         page.get_by_role("tab", name="Both").click()
         words = page.frame_locator("#view-scene iframe").locator("#words")
         sync_api.expect(words).to_be_hidden(timeout=PATIENCE)
+        sync_api.expect(page.locator("#scene-lag")).to_contain_text("3-D shows 0:")
         _obeys_while_the_view_stalls(page)
 
         def shares() -> tuple[float, float]:
@@ -305,6 +378,7 @@ def _obeys_while_the_view_stalls(page: sync_api.Page) -> None:
         })"""
     )
     page.wait_for_timeout(500)
+    sync_api.expect(page.locator("#scene-lag")).to_contain_text("s behind")
     page.keyboard.press("m")
     sync_api.expect(page.locator("#marks")).to_contain_text("moment 1")
     assert not page.evaluate("window.isFree ?? false"), "the page has waited for its 3-D view"
