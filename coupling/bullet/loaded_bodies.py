@@ -94,6 +94,10 @@ class LoadedBodies:
         """Return the distance [m] of the two points of an elastic line now."""
         return self.lines.distance(name, self._state.pose)
 
+    def line_ends(self, name: str) -> Array:
+        """Return the places (2, 3) [m] of both ends of a line, the anchor of a mooring leg last."""
+        return self.lines.ends(name, self._state.pose)
+
     def _rows(self, names: Sequence[str]) -> list[int]:
         bodies = self._bodies
         try:

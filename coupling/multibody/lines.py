@@ -222,6 +222,12 @@ class Lines(SavedFields):
         """Return the distance [m] of the two points of an elastic line, at poses (B, 7)."""
         return self._elastic(name).distance(pose)
 
+    def ends(self, name: str, pose: Array) -> Array:
+        """Return the places (2, 3) [m] of both ends of a line, the anchor last, at poses (B, 7)."""
+        line = self._lines[name]
+        points = np.stack([line.point, line.place]) if isinstance(line, MooringLeg) else line.points
+        return places_of(line.rows, points, pose)[0]
+
     def _elastic(self, name: str) -> ElasticLine:
         """Return the elastic line of that name; ValueError for a line of another kind, or an unknown name."""
         line = self._lines.get(name)

@@ -18,10 +18,11 @@ from booms.containment import PRACTICE_SPEED
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.fates import FATES
 from recordings.model import palette
-from recordings.model.exercise import BoomDescription
+from recordings.model.exercise import GROUND, BoomDescription
 from recordings.model.frame import Frame
 from recordings.model.words import CAUSE_IN_WORDS, LEADING
 from scenarios.conduct.averages import Means
+from scenarios.conduct.equipment import lines_of, skimmers_of
 from scenarios.running.assembly import Assembly
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of, joint_name
 from scenarios.schema.sea import SeaSettings
@@ -106,6 +107,8 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         ],
         "booms": [_boom_scene(boom, scenario.booms[boom.name]) for boom in booms],
         "bodies": _footprints(assembly),
+        "land": _land(assembly),
+        "skimmers": {name: {"kind": one.kind, "on": one.on} for name, one in scenario.skimmers.items()},
         "causes": {
             name: {"words": words, "color": palette.css(palette.cause_color(name))}
             for name, words in CAUSE_IN_WORDS.items()
@@ -140,6 +143,8 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame, means: Means 
             for name, one in scenario.vessels.items()
         },
         "booms": {boom.name: _boom_state(boom, frame, current, assembly, several, means) for boom in booms},
+        "skimmers": skimmers_of(assembly, scenario, frame.time, means),
+        "lines": lines_of(assembly, scenario),
         "tow": None if scenario.tow is None else {"speed": scenario.tow.speed, "heading": scenario.tow.heading},
         "weather": weather_of(scenario.sea),
         "pipes": {name: pipe.speed for name, pipe in scenario.emitters.items()},
@@ -188,18 +193,27 @@ def _boom_scene(boom: BoomDescription, settings: BoomSettings) -> dict[str, Any]
 
 
 def _footprints(assembly: Assembly) -> dict[str, list[list[float]]]:
-    """Return the outlines [m] in plan of all fixed bodies, by name, as convex polygons."""
+    """Return the outlines [m] in plan of all fixed bodies, by name, as convex polygons; one on edge has none."""
+    fixed = (one for one in assembly.solids if one.motion == "fixed" and one.wetted)
+    found = {one.name: _hull(np.asarray(one.world_mesh().vertices)) for one in fixed}
+    return {name: outline for name, outline in found.items() if outline}
+
+
+def _land(assembly: Assembly) -> list[list[float]]:
+    """Return the outline [m] in plan of the shore that is dry in still water at the start; none without one."""
+    grounds = [np.asarray(one.world_mesh().vertices) for one in assembly.solids if one.name == GROUND]
+    return next((_hull(points[points[:, 2] >= assembly.level]) for points in grounds), [])
+
+
+def _hull(points: NDArray[np.float64]) -> list[list[float]]:
+    """Return the convex polygon [m] around points (N, 3) in plan; empty where it has no area."""
     from scipy.spatial import ConvexHull, QhullError
 
-    found = {}
-    for solid in assembly.solids:
-        if solid.motion == "fixed" and solid.wetted:
-            points = np.asarray(solid.world_mesh().vertices)[:, :2]
-            try:
-                found[solid.name] = points[ConvexHull(points).vertices].round(2).tolist()
-            except QhullError:
-                continue  # a body on edge has no area
-    return found
+    try:
+        corners: list[list[float]] = points[ConvexHull(points[:, :2]).vertices, :2].round(2).tolist()
+    except (QhullError, ValueError):
+        return []
+    return corners
 
 
 def _vessel_state(

@@ -6,6 +6,7 @@ import math
 import shlex
 import tomllib
 from collections.abc import Callable, Mapping
+from fnmatch import fnmatch
 
 from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words, levers_in_words, three_figures, volume_in_words
@@ -53,7 +54,7 @@ def _in_words(setting: str, bearing: float) -> str:
     if words := _line_in_words(key, value):
         return words
     for end, write in _WORDS.items():
-        if key == end or (end == "emitters.*.speed" and key.startswith("emitters.") and key.endswith(".speed")):
+        if fnmatch(key, end):
             return write(value, key)
     return setting
 
@@ -87,6 +88,8 @@ def _state_in_words(key: str, written: str) -> str:
             return f"the tie {tie} is made fast"
         case ["ties", tie, "parted"]:
             return f"the tie {tie} is cast off"
+        case ["skimmers", skimmer, "running"]:
+            return f"skimmer {skimmer} {'starts' if written == 'true' else 'stops'}"
         case ["injects", inject, "given"]:
             return f"the inject {inject} is given"
         case ["emitters", pipe]:
@@ -127,6 +130,7 @@ _WORDS: Mapping[str, Callable[[float, str], str]] = {
     "wind.gust_intensity": lambda value, _: f"gusts of {three_figures(100.0 * value)} % of the wind",
     "waves.significant_height": lambda value, _: f"waves {three_figures(value)} m high",
     "waves.height": lambda value, _: f"waves {three_figures(value)} m high",
+    "skimmers.*.nameplate": lambda value, key: f"skimmer {key.split('.')[1]} pumps {three_figures(value)} m³/h at most",
     "emitters.*.speed": lambda value, key: (
         f"pipe {key.split('.')[1]} {'shut' if value == 0.0 else f'at {three_figures(value)} m/s'}"
     ),

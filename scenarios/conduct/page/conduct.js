@@ -1,6 +1,7 @@
 // The console's page: it shows what the server tells, and gives the orders of its role.
 import { buildControls, showInjects, showMarks, showOrdered, showVessels } from "./controls.js";
 import { showLegend } from "./colors.js";
+import { showSkimmers } from "./equipment.js";
 import { Charts, showGauges } from "./gauges.js";
 import { Debriefs } from "./debrief.js";
 import { Link } from "./link.js";
@@ -70,6 +71,7 @@ const on = {
     charts.add(message);
     if (timeline.past === null) show(message);
     showVessels(conduct.scene, message);
+    showSkimmers(message);
     showInjects(message);
     conduct.helm?.follow(message.vessels[conduct.hello.vessel]?.ordered);
     showOrdered(conduct.scene, message);

@@ -1,4 +1,5 @@
 // The controls beside the plan: the instructor's, those of a vessel's crew, or none.
+import { skimmerControls } from "./equipment.js";
 import { settings, waves } from "./orders.js";
 import { KNOT, clock, course, compass, direction, engineFault, knots } from "./units.js";
 
@@ -16,7 +17,8 @@ export function buildControls(place, hello, scene, link) {
 // What is ordered, and what the vessels make of it.
 function observer(place, scene) {
   for (const { name } of scene.vessels) group(place, `Vessel ${escape(name)}`, `<p class="state" id="state-${escape(name)}"></p>`);
-  if (!scene.vessels.length) place.innerHTML = "<p class='quiet'>You watch. The instructor gives the orders.</p>";
+  for (const name of Object.keys(scene.skimmers)) group(place, `Skimmer ${escape(name)}`, `<p class="state" id="skimmer-${escape(name)}"></p>`);
+  if (!place.childElementCount) place.innerHTML = "<p class='quiet'>You watch. The instructor gives the orders.</p>";
 }
 
 function group(place, title, inner) {
@@ -35,6 +37,12 @@ function instructor(place, hello, scene, link) {
     when(tow, "button", () => link.give("tow", { speed: value("tow-speed") * KNOT, heading: direction(value("tow-course"), bearing) }));
   }
   for (const vessel of scene.vessels) vesselControls(place, vessel, scene, link);
+  for (const name of Object.keys(scene.skimmers)) {
+    const box = group(place, `Skimmer ${escape(name)}`, skimmerControls(name, number)), give = (setting) => link.give("order", { settings: [`skimmers.${name}.${setting}`] });
+    when(box, ".start", () => give("running=true"));
+    when(box, ".stop", () => give("running=false"));
+    when(box, ".rate", () => give(`nameplate=${value(`pump-${name}`)}`));
+  }
   if (scene.injects.length) injectControls(place, scene, link);
   weatherControls(place, scene, link);
   if (scene.oils.length) releaseControls(place, scene, link);
@@ -226,6 +234,7 @@ export function showOrdered(scene, state) {
     fill(`course-${name}`, degrees((vessel.ordered ?? vessel).heading), 0);
   }
   for (const boom of scene.booms) fill(`line-${boom.name}`, boom.ends.map((end) => state.vessels[end]?.line?.laid).find((laid) => laid != null), 1);
+  for (const [name, one] of Object.entries(state.skimmers)) fill(`pump-${name}`, 3600 * one.nameplate, 1);
   fill("own-line", state.vessels[window.conduct.hello.vessel]?.line?.ordered, 1);
 }
 

@@ -1,5 +1,6 @@
 // Gauges of each boom, and diagrams of the run so far.
 import uPlot from "./vendor/uPlot.esm.js";
+import { skimmerGauges } from "./equipment.js";
 import { KNOT, force, knots, rootUnit, shareOf, volume } from "./units.js";
 
 const entry = (title, value, extra = "", state = "") => `<dl class="gauge ${state}"><dt>${title}</dt><dd>${value}${extra}</dd></dl>`;
@@ -7,7 +8,8 @@ const meter = (value, most, title) => `<meter min="0" max="${most}" value="${Mat
 const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 
 export function showGauges(place, scene, state) {
-  place.innerHTML = scene.booms.map((boom) => boomGauges(boom, state.booms[boom.name], scene)).join("") || "<p class='quiet'>This exercise has no boom.</p>";
+  const booms = scene.booms.map((boom) => boomGauges(boom, state.booms[boom.name], scene)), skimmers = Object.entries(state.skimmers).map(([name, one]) => skimmerGauges(name, one));
+  place.innerHTML = [...booms, ...skimmers].join("") || "<p class='quiet'>This exercise has no boom.</p>";
 }
 
 function boomGauges(boom, state, scene) {

@@ -1,6 +1,7 @@
 // The plan view: north up, drawn on a canvas from the latest state.
 import { compass, engineFault, knots, rootUnit } from "./units.js";
 import { filmClass, normalColor, tensionColor } from "./colors.js";
+import { drawEquipment } from "./equipment.js";
 import { drawFurniture } from "./furniture.js";
 
 const CLOSED = 1.12; // spots are drawn wider, so that circles side by side look like one film
@@ -66,6 +67,8 @@ export class PlanView {
   // Points of the exercise itself: vessels and booms.
   points() {
     const found = Object.values(this.state.vessels).map((vessel) => this.toMap(vessel.x, vessel.y));
+    for (const { x, y } of Object.values(this.state.skimmers)) found.push(this.toMap(x, y));
+    for (const { ends } of Object.values(this.state.lines)) found.push(...ends.map(([x, y]) => this.toMap(x, y)));
     for (const boom of Object.values(this.state.booms)) found.push(...boom.line.map(([x, y]) => this.toMap(x, y)));
     if (!found.length) found.push(this.toMap(this.scene.bounds[0], this.scene.bounds[1]), this.toMap(this.scene.bounds[2], this.scene.bounds[3]));
     return found;
@@ -126,12 +129,14 @@ export class PlanView {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = "#dcebf2";
     pen.fillRect(0, 0, this.width, this.height);
+    if (this.scene.land.length) this.polygon(pen, this.scene.land, "#e3d3ac", "#a58f5b");
     this.drawOil(pen);
     drawFurniture(pen, this); // below all that floats, so that it hides none of it
     for (const outline of Object.values(this.scene.bodies)) this.polygon(pen, outline, "#b9ae9c", "#6f6555");
     for (const boom of this.scene.booms) if (boom.area.length) this.polygon(pen, boom.area, "rgba(23,115,74,.12)", "#17734a");
     this.drawTracks(pen);
     for (const boom of this.scene.booms) this.drawBoom(pen, boom, this.state.booms[boom.name]);
+    drawEquipment(pen, this);
     for (const vessel of this.scene.vessels) this.drawVessel(pen, vessel, this.state.vessels[vessel.name]);
     if (this.pin) this.drawPin(pen);
   }

@@ -6,6 +6,7 @@ export const course = (direction, bearing) => direction == null ? "–" : String
 export const direction = (degrees, bearing) => bearing - degrees * Math.PI / 180;
 export const figures = (number) => number === 0 ? "0" : Number(number.toPrecision(3)).toLocaleString("en", { maximumFractionDigits: 6 });
 export const volume = (cubic) => cubic == null ? "–" : Math.abs(cubic) >= 1 ? `${figures(cubic)} m³` : `${figures(1000 * cubic)} litres`;
+export const perHour = (rate) => `${figures(3600 * rate)} m³/h`;
 // A volume of oil, and its share of another in per cent where there is one: "20 litres, 5.7 %".
 export const shareOf = (part, whole) => volume(part) + (whole > 0 && part > 0 ? `, ${figures(100 * part / whole)} %` : "");
 // "engine stopped", or "port engine stopped" for one of two; empty for engines that run.

@@ -22,6 +22,7 @@ axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe i
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed: apt-get install chromium")
 
 PATIENCE = 120_000  # [ms]
+ROOT = Path(__file__).parents[3]
 WINCHED = (
     TOW
     + """line_stiffness = 2000.0
@@ -323,6 +324,33 @@ def _branches_and_debriefs(page: sync_api.Page) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_a_skimmer_is_started_stopped_and_told_how_much_to_pump(tmp_path: Path) -> None:
+    """It stands at the start; its gauges, its words and the log follow the orders, on the observer's page too."""
+    text = (ROOT / "scenarios" / "library" / "j-sweep-skimmer.toml").read_text(encoding="utf-8")
+    with console(tmp_path, text, "--pace", "10") as one, sync_api.sync_playwright() as player:
+        program = browser(player)
+        page, other = (
+            opened(program, one, "instructor", is_paused=True),
+            opened(program, one, "observer", is_paused=True),
+        )
+        told = sync_api.expect(page.locator("#skimmer-brush"))
+        told.to_contain_text("stopped")
+        sync_api.expect(other.locator("#skimmer-brush")).to_contain_text("tank 0 % of 10 m³")
+        order(page, "Skimmer brush", "Start")
+        told.to_contain_text("works")
+        sync_api.expect(other.locator("#gauges")).to_contain_text("Water in the tank")
+        sync_api.expect(page.locator("#pump-brush")).to_have_value("60.0")
+        order(page, "Skimmer brush", "Order", pump_brush=20)
+        sync_api.expect(page.locator("#log")).to_contain_text("skimmer brush pumps 20 m³/h at most")
+        sync_api.expect(other.locator("#log")).to_contain_text("skimmer brush starts")
+        order(page, "Skimmer brush", "Stop")
+        told.to_contain_text("stopped")
+        assert page.evaluate("conduct.state.skimmers.brush.nameplate * 3600") == pytest.approx(20.0)
+        assert page.faults == other.faults == []  # type: ignore[attr-defined]
+
+
+@pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_path: Path) -> None:
     """Water, oil and sky are there in colours that nothing else of the page has, and an earlier moment is another picture."""
@@ -387,7 +415,7 @@ def _obeys_while_the_view_stalls(page: sync_api.Page) -> None:
 
 
 def test_the_page_is_served_from_the_package_alone() -> None:
-    page = Path(__file__).parents[3] / "scenarios" / "conduct" / "page"
+    page = ROOT / "scenarios" / "conduct" / "page"
     for file in page.glob("*.*"):
         text = file.read_text(encoding="utf-8")
         assert "https://" not in text

@@ -54,7 +54,7 @@ def test_joints_that_broke_by_their_load_are_told_beside_those_that_were_ordered
     scenario_run: type[ScenarioRun],
 ) -> None:
     changes = ["fidelity='none'", "run.communication_step=0.02", "sea.current.speed=1.0"]
-    weak = ["booms.main.strength=1e6", "booms.main.section_length=3.0", "booms.main.connector_strength=20.0"]
+    weak = ["booms.main.strength=1e6", "booms.main.section_length=3.0", "booms.main.connector_strength=10.0"]
     run = scenario_run(load_scenario("u-sweep", overrides=[*changes, *weak]).scenario)
     ordered = Plan(scenario=run.scenario).ordered(["booms.main.parted=[2]"], 0).scenario_at(0)
     run.assembly.controls.order(ordered)
@@ -63,3 +63,39 @@ def test_joints_that_broke_by_their_load_are_told_beside_those_that_were_ordered
     parted = state_of(run.assembly, ordered, run.history.frames[-1])["booms"]["main"]["parted"]
     assert {2, 10} <= set(parted)
     assert parted == [number for number in range(1, 20) if joint_name("main", number) not in holding]
+
+
+def test_skimmers_anchors_and_cross_bridles_are_where_they_are(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(load_scenario("anchored-containment").scenario)
+    run.run(0.4)
+    state = state_of(run.assembly, run.scenario, run.history.frames[-1])
+    line, weir = np.array(state["booms"]["main"]["line"]), state["skimmers"]["weir"]
+    top, anchor = state["lines"]["moorings/north"]["ends"]
+    assert anchor == pytest.approx([72.0, 29.4], abs=0.05)
+    assert np.linalg.norm(line[0] - top) < 0.5
+    middle = 0.5 * (line[19] + line[20])
+    assert np.linalg.norm(middle - [weir["x"], weir["y"]]) == pytest.approx(2.0, abs=0.2)  # ahead of segment 19
+    assert weir["nameplate"] == pytest.approx(30.0 / 3600.0)
+    assert (weir["stands"], weir["oil"]) == ("", 0.0)
+    ordered = Plan(scenario=run.scenario).ordered(["skimmers.weir.running=false"], 0).scenario_at(0)
+    run.assembly.controls.order(ordered)
+    assert state_of(run.assembly, ordered, run.history.frames[-1])["skimmers"]["weir"]["stands"] == "stopped"
+
+
+def test_a_cross_bridle_that_is_cast_off_holds_no_more(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(load_scenario("v-sweep").scenario)
+    ordered = Plan(scenario=run.scenario).ordered(["ties.aft.parted=true"], 0).scenario_at(0)
+    run.assembly.controls.order(ordered)
+    run.run(0.4)
+    lines = state_of(run.assembly, ordered, run.history.frames[-1])["lines"]
+    assert [lines[f"ties/{name}"]["holds"] for name in ("fore", "middle", "aft")] == [True, True, False]
+    ends = np.array(lines["ties/fore"]["ends"])
+    assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(run.scenario.ties["fore"].length, rel=0.05)
+
+
+def test_the_beach_is_land_from_its_waterline_on(scenario_run: type[ScenarioRun]) -> None:
+    run = scenario_run(load_scenario("shore-seal").scenario)
+    land, shore = np.array(scene_of(run.assembly)["land"]), run.scenario.shore
+    inland = -(land - shore.waterline) @ [np.cos(shore.seaward), np.sin(shore.seaward)]
+    assert inland.min() > -2.0
+    assert np.ptp(land, axis=0).max() == pytest.approx(shore.width, rel=0.05)

@@ -26,6 +26,11 @@ EAST = 0.5 * math.pi
             "orders vessels.port.hauled=1.5 vessels.tug.hauled=-2",
             "tow line of port: 1.5 m shorter; tow line of tug: 2.0 m longer",
         ),
+        (
+            "orders skimmers.brush.running=true skimmers.brush.nameplate=40",
+            "skimmer brush starts; skimmer brush pumps 40 m³/h at most",
+        ),
+        ("orders skimmers.brush.running=false", "skimmer brush stops"),
         ("orders vessels.tug.engine=stopped", "the engine of tug has stopped"),
         ("orders 'vessels.tug.engine=port stopped'", "the port engine of tug has stopped"),
         ("orders vessels.tug.engine=running", "the engine of tug runs again"),
