@@ -30,6 +30,7 @@ from coupling.master.saved_fields import SavedFields
 from oilsim import Fluid
 from oilsim.backend.jit import njit
 from oilsim.oil.fates import LossCause
+from oilsim.slick.loss_rate import passed_share
 
 
 def effective_draft(surface: ArrayLike, foot: ArrayLike) -> Array:
@@ -139,7 +140,7 @@ class ClosureLosses(SavedFields):
         if flow is not None:
             return flow
         lightest = min(self._boom.oils.values(), key=lambda oil: oil.reduced_gravity)
-        below = front_thickness(self._speed, lightest) + self._boom.spacing
+        below = front_thickness(np.maximum(self._speed, 0.0), lightest) + self._boom.spacing
         position = np.concatenate([fluid.phase_positions(name) for name in self._boom.waters]).astype(np.float64)
         velocity = np.concatenate([fluid.phase_velocities(name) for name in self._boom.waters]).astype(np.float64)
         return flow_ahead(position, velocity, state, draft=draft, level=level, below=below, period=period)
@@ -147,20 +148,18 @@ class ClosureLosses(SavedFields):
     def _drivers(
         self, fluid: Fluid, state: BoomState, level: float, held: _HeldOil, flow: Array, duration: float
     ) -> Drivers:
-        """Bring the drivers up to date, low-pass over the time d / U in which the water passes the draft."""
+        """Bring the drivers up to date, means over the time d / U in which the water passes the draft."""
         boom, normal = self._boom, state.normal()
         relative = flow - state.velocity[:, :2]
-        speed = np.maximum(0.0, (relative * normal).sum(axis=1))
+        speed = (relative * normal).sum(axis=1)
         top, foot = state.heights(boom.freeboard, boom.closures.skirt_depth)
         ahead = 0.5 * boom.float_width + BEYOND * boom.spacing
         surface = surface_ahead(fluid, state, ahead, level, 2.0 * boom.closures.skirt_depth)
-        known = np.isfinite(speed)
-        fastest = np.maximum(np.where(known, speed, 0.0), self._speed)
-        share = -np.expm1(-duration * fastest / boom.closures.skirt_depth)
-        self._speed += np.where(known, share * (np.where(known, speed, 0.0) - self._speed), 0.0)
+        share = passed_share(self._speed, boom.closures.skirt_depth, duration)
+        self._speed += np.where(np.isfinite(speed), share * (speed - self._speed), 0.0)
         self._draft += share * (effective_draft(surface, foot) - self._draft)
         return Drivers(
-            speed=self._speed.copy(),
+            speed=np.maximum(self._speed, 0.0),
             draft=self._draft.copy(),
             held=self._held(state, held, np.nan_to_num(relative)),
             lean=state.skirt_angle(),

@@ -30,7 +30,7 @@ class Pools(NamedTuple):
     reach                 (P,) [m] from the segment to the pool's head
     density, viscosity, interfacial_tension  (P,) [kg/m3], [Pa s], [N/m] means of the held oil by volume; 0 without oil
     water_density         [kg/m3]
-    sustained_speed       (P,) [m/s] of the water against the segment, low-pass over the time in which it passes the draft
+    sustained_speed       (P,) [m/s] of the water against the segment, a mean over the time in which it passes the draft; 0 or more
     """
 
     segment: NDArray[np.int64]
@@ -54,6 +54,19 @@ class Pools(NamedTuple):
     interfacial_tension: Array
     water_density: float
     sustained_speed: Array
+
+
+# [m/s] at which the water counts at least when the time d / U is asked for; assumed; below it no closure loses oil
+SLOWEST = 0.2
+
+
+def passed_share(sustained: Array, draft: Array | float, duration: float) -> Array:
+    """Return the share (P,) [1] of a draft d [m] that the water passes in `duration` [s], 1 - exp(-dt U / d).
+
+    sustained U (P,) [m/s]. By that share a mean over d / U follows what it is a mean of. U is the mean itself, since water that swings to
+    and fro within a draft passes nothing.
+    """
+    return np.asarray(-np.expm1(-duration * np.maximum(np.abs(sustained), SLOWEST) / draft))
 
 
 class LossRate(Protocol):

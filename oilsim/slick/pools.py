@@ -31,7 +31,7 @@ from oilsim.core.physical_constants import GRAVITY
 from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import STANDOFF, Barriers
 from oilsim.slick.crossing import beside, first_crossings, resting_sweep
-from oilsim.slick.loss_rate import Pools
+from oilsim.slick.loss_rate import Pools, passed_share
 from oilsim.slick.parcels import Parcels, ParcelState, Rows, sums
 from oilsim.slick.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
 
@@ -83,13 +83,12 @@ def normal_speeds(barriers: Barriers, relative: Array) -> Array:
 
 
 def sustain(sustained: Array, barriers: Barriers, relative: Array, duration: float) -> None:
-    """Bring the sustained speeds (P,) [m/s] up to date after `duration` [s]: low-pass over d / U, as beside particles.
+    """Bring the sustained speeds (P,) [m/s] up to date after `duration` [s]: means over d / U, as beside particles.
 
-    relative (S, 2) [m/s]: velocity of the water relative to each segment. Water that runs the other way counts as 0.
+    relative (S, 2) [m/s]: velocity of the water relative to each segment.
     """
-    pressed = np.maximum(normal_speeds(barriers, relative), 0.0)
     draft = np.maximum(np.repeat(barriers.draft, 2), STANDOFF)  # outlines have none
-    sustained -= np.expm1(-duration * np.maximum(pressed, sustained) / draft) * (pressed - sustained)
+    sustained += passed_share(sustained, draft, duration) * (normal_speeds(barriers, relative) - sustained)
 
 
 def slacken(slack: Array, barriers: Barriers, relative: Array, duration: float) -> None:
@@ -127,7 +126,7 @@ def measure_pools(
     return Pools(
         segment, side, length, front, normal_speed, speed, barriers.draft[segment], barriers.lean[segment],
         barriers.freeboard[segment], barriers.is_submerged[segment], barriers.is_sealed[segment], volume, volume / front,
-        head, thick, reach, density, viscosity, tension, water_density, sustained.copy(),
+        head, thick, reach, density, viscosity, tension, water_density, np.maximum(sustained, 0.0),
     )  # fmt: skip
 
 

@@ -89,15 +89,13 @@ def test_a_swing_shorter_than_the_draft_takes_to_pass_hardly_counts() -> None:
     """A boom swings by 0.3 m/s within 1 s in 0.4 m/s, whose water passes its draft in 1 s: the closures see less than half of the swing."""
     slick = Slick(SlickSettings(loss_volume=10.0, seed=1), [Boom(name="boom", nodes=LINE, draft=DRAFT)])
     seen, met = [], []
-    for k in range(400):
+    for k in range(600):
         time = 0.02 * k
         swing = 0.3 / (2.0 * np.pi) * np.sin(2.0 * np.pi * np.array([time, time + 0.02]))
         slick.move("boom", LINE + np.array([swing[1], 0.0]))
         slick.step(UniformFlow((-0.4, 0.0)), time, 0.02)
         seen.append(slick.pools.sustained_speed[2:4].max())
         met.append(np.abs(slick.pools.normal_speed[2:4]).max())
-    assert np.mean(seen[200:]) == pytest.approx(
-        0.4, rel=0.12
-    )  # it follows a rise sooner than a fall, as beside particles
-    assert np.ptp(seen[200:]) < 0.5 * np.ptp(met[200:])
-    assert np.ptp(met[200:]) == pytest.approx(0.6, rel=0.02)
+    assert np.mean(seen[400:]) == pytest.approx(0.4, rel=0.01)  # a swing to and fro makes no mean speed
+    assert np.ptp(seen[400:]) < 0.5 * np.ptp(met[400:])
+    assert np.ptp(met[400:]) == pytest.approx(0.6, rel=0.02)
