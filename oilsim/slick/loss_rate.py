@@ -56,7 +56,7 @@ class Pools(NamedTuple):
     sustained_speed: Array
 
 
-# [m/s] at which the water counts at least when the time d / U is asked for; assumed; below it no closure loses oil
+# [m/s] at which the water counts at least when the time d / U is asked for; numerical; no closure loses oil below it
 SLOWEST = 0.2
 
 

@@ -52,13 +52,17 @@ def load_bodies(
             problems.append(Problem(table_entry(solid.name), f"{error}, allowed without a tank: bodies that float"))
     if problems:
         raise ScenarioError(problems)
-    tracks = tuple(_tracks(booms, fleet, list(models)))
-    if tracks:
-        from booms.reel import ReeledBodies
+    names, loaded = list(models), list(models.values())
+    if fleet.booms:
+        from booms.held_water import BodiesWithBooms, chain_of
 
-        world.set_environment(ReeledBodies(list(models.values()), sea, tracks), list(models))
+        chains = [
+            chain_of(one.boom, one.segment.waterline, names.index(one.segments[0].name), len(one.segments))
+            for one in fleet.booms.values()
+        ]
+        world.set_environment(BodiesWithBooms(loaded, sea, chains, tuple(_tracks(booms, fleet, names))), names)
     else:
-        world.set_environment(FloatingBodies(list(models.values()), sea), list(models))
+        world.set_environment(FloatingBodies(loaded, sea), names)
 
 
 def _tracks(booms: Mapping[str, BoomSettings], fleet: Fleet, names: Sequence[str]) -> Iterator[Track]:
