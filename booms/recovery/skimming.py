@@ -32,8 +32,8 @@ class SkimmingParticipant(Participant):
     def __init__(
         self, name: str, design: SkimmerDesign, slick: SlickParticipant, *, body: str | None, offset: Array
     ) -> None:
-        self._slick, self._body = slick, body
-        self._offset = np.asarray(offset, np.float64)
+        self._slick, self.body = slick, body
+        self.offset = np.asarray(offset, np.float64)
         self.skimmer = Skimmer(design)
         self._rate = 0.0
         self._met = np.zeros(0, np.int64)  # ids of the parcels that have come to its mouth
@@ -55,7 +55,7 @@ class SkimmingParticipant(Participant):
     @property
     def mouth(self) -> tuple[float, float]:
         """Place [m] of the middle of its mouth, in plan."""
-        turned = (rotation_matrices(self._pose[None, 3:])[0] @ self._offset) + self._pose[:3]
+        turned = (rotation_matrices(self._pose[None, 3:])[0] @ self.offset) + self._pose[:3]
         return float(turned[0]), float(turned[1])
 
     def distance_to_pool(self) -> float | None:

@@ -10,7 +10,8 @@ from typing import Any
 
 import cattrs
 
-Point3 = tuple[float, float, float]
+from recordings.model.equipment import Equipment, Point3
+
 GROUND = "shore"  # name of the body that is the ground of a shore: pictures do not frame it, and maps leave it out
 
 
@@ -124,6 +125,7 @@ class ExerciseDescription:
     period    [m] after which the sea repeats along x and y; 0: it does not
     wind      (x, y) [m/s] at the start, towards which it blows; 0 without one
     criteria  what the scenario changes of the criteria of the grade, or adds to them: settings by name, for each criterion's key
+    equipment skimmers, mooring legs and ties
     """
 
     booms: tuple[BoomDescription, ...] = ()
@@ -132,6 +134,7 @@ class ExerciseDescription:
     period: tuple[float, float] = (0.0, 0.0)
     wind: tuple[float, float] = (0.0, 0.0)
     criteria: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    equipment: tuple[Equipment, ...] = ()
 
 
 def to_json(description: Site | ExerciseDescription | None) -> str:

@@ -17,6 +17,7 @@ WALL: Color = (150, 150, 155, 255)
 SEA: Color = (72, 148, 186, 255)  # by day
 CLEAR_WATER: Color = (72, 148, 186, 120)  # of a tank
 WINDOW: Color = (20, 90, 150, 255)  # outline of a window of particles on maps
+EQUIPMENT: Color = (208, 32, 120, 255)  # skimmers, mooring legs and ties: on water, on oil and on paper
 NAME: Color = (184, 70, 0, 255)  # on light and on dark ground
 LIMIT: Color = (200, 40, 40, 255)
 FORCE: Color = (214, 40, 110, 255)

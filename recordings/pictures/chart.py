@@ -30,6 +30,7 @@ _FEWEST = 10  # fewer particles than this get no outline
 _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
 _USUAL = 0.9  # [1] of the parcels; the others are stragglers
 _FAINT = 0.35
+_ROUNDING = 0.01  # [m] of the recorded points of a shore
 _NAME = "name of a vessel"  # mark of its text
 WINDOW = "outline of a window of particles"  # mark of its patch
 _APART = 2.0  # [pixels] between names
@@ -64,6 +65,9 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
         if name in last.bodies:
             draw_body(axes, name, mesh, last.bodies[name], across, 1.0)
     draw_tracks(axes, replay, across)
+    draw_equipment(axes, last, across)
+    if not side:
+        draw_land(axes, run, last)
     _draw_key(axes, run, last, draw_windows(axes, replay, last.time))
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")
@@ -186,6 +190,30 @@ def draw_body(
         text = axes.annotate(label, place, (0.0, 0.0), textcoords="offset points", color="white", fontsize=9.5)
         text.set(fontweight="bold", ha="center", va="center", zorder=7, gid=_NAME)
         text.set_path_effects([withStroke(linewidth=2.2, foreground=tuple(0.45 * tint))])
+
+
+def draw_land(axes: Axes, run: RunDescription, moment: Moment) -> None:
+    """Draw what of a shore is dry in still water, without framing it: it is larger than what is to be seen."""
+    if GROUND not in run.meshes or GROUND not in moment.bodies or run.exercise is None:
+        return
+    points = placed_vertices(run.meshes[GROUND].vertices, moment.bodies[GROUND])
+    dry = points[points[:, 2] >= run.exercise.water_level - _ROUNDING, :2]
+    if len(dry) > 2:
+        land = Polygon(dry[ConvexHull(dry).vertices], facecolor="#efe4c6", edgecolor="#a58f5b", zorder=0.5, gid=GROUND)
+        axes.add_artist(land)
+
+
+def draw_equipment(axes: Axes, moment: Moment, across: tuple[int, int] = (0, 1)) -> None:
+    """Draw skimmers as rings, and mooring legs and ties as lines, with the names of skimmers and anchors."""
+    tint = palette.css(palette.EQUIPMENT)
+    for one, strip in moment.equipment:
+        axes.plot(*strip[:, across].T, color=tint, linewidth=1.5, zorder=6, gid=one.name)
+        if one.kind == "mooring":
+            axes.plot(*strip[-1:, across].T, marker="$\\perp$", markersize=9, color=tint, zorder=6)
+        if one.kind != "tie":
+            x, y = strip[-1, across]
+            note = axes.annotate(one.name, (x, y), (5.0, 5.0), textcoords="offset points", fontsize=8, color=tint)
+            note.set(zorder=7, path_effects=[withStroke(linewidth=2.2, foreground="white")])
 
 
 def draw_windows(axes: Axes, replay: Replay, time: float) -> list[Line2D]:

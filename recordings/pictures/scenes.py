@@ -23,6 +23,7 @@ _LEAST_EXTENT = (
 _MARGIN = 0.04  # margin around a scene, in widths
 _OIL_RADIUS = 0.6  # in particle spacings; a film one particle thick should look closed
 _CLEAR_DEPTHS = 0.9  # distance that light reaches in water, in water depths
+_EQUIPMENT_RADIUS = 0.3  # [m] of skimmers' rings and of lines; a line of 24 mm would not be seen
 _LOST_RADIUS = 0.75  # larger than _OIL_RADIUS, so that lost oil covers the same oil of its phase
 
 
@@ -91,11 +92,20 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
     hides_water = moment.sea is not None and not moment.sea.surface.is_clear
     if moment.sea is not None and hides_water:
         canvas.sea(moment.sea.surface, moment.sea.image, palette.SEA)
+    for _, strip in moment.equipment:
+        canvas.spheres(_beads(strip), _EQUIPMENT_RADIUS, palette.EQUIPMENT)
     for index, phase in clear:
         if len(moment.positions.get(phase.name, ())) and not hides_water:
             color = palette.phase_color(phase, index)
             canvas.water(moment.positions[phase.name], run.particle_spacing, color, _CLEAR_DEPTHS * depth)
     return canvas.image
+
+
+def _beads(strip: Points) -> Points:
+    """Return points (M, 3) [m] along a line (N, 3) [m], so close that balls on them touch."""
+    far = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(strip, axis=0), axis=1))])
+    along = np.arange(0.0, far[-1], _EQUIPMENT_RADIUS)
+    return np.column_stack([np.interp(along, far, part) for part in strip.T])
 
 
 def _is_film(phase: PhaseDescription, moment: Moment) -> bool:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from recordings.files.writing import RecordingError
 from recordings.model import entity_paths
+from recordings.model.equipment import Equipment
 from recordings.model.frame import BodyFrame
 from recordings.model.surface import SurfaceFrame
 from recordings.replay.recording import Replay, Series
@@ -86,6 +87,7 @@ class Moment:
     """Positions of everything at one instant: time [s], particles (N, 3) [m] by phase, bodies by name.
 
     lost: the particles (N, 3) [m] among them that booms had lost, by cause; sea: its surface in a run without particles, None in another.
+    equipment: skimmers, and lines that pull, each with a line (N, 3) [m] that shows it.
     """
 
     time: float
@@ -93,6 +95,7 @@ class Moment:
     bodies: Mapping[str, BodyFrame]
     lost: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
     sea: DrawnSea | None = None
+    equipment: Sequence[tuple[Equipment, npt.NDArray[np.float64]]] = ()
 
 
 def recorded_steps(replay: Replay) -> list[tuple[int, float]]:
@@ -133,9 +136,25 @@ def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Mom
             bodies=bodies_at(replay, index),
             lost=lost[index],
             sea=seas.get(index),
+            equipment=equipment_at(replay, index, time),
         )
         for index, time in steps
     ]
+
+
+def equipment_at(replay: Replay, index: int, time: float) -> list[tuple[Equipment, npt.NDArray[np.float64]]]:
+    """Return skimmers, and lines that pull, each with a line (N, 3) [m] that shows it, at a step and its time [s]."""
+    exercise, found = replay.run.exercise, []
+    if exercise is None or not exercise.equipment:
+        return []
+    motions = {name: body.motion for name, body in bodies_at(replay, index).items()}
+    for one in exercise.equipment:
+        tension, strip = replay.scalars.get(one.series), one.strip(motions, exercise.water_level)
+        row = -1 if tension is None else int(np.searchsorted(tension.time, time + 1e-9)) - 1
+        is_loose = tension is not None and row >= 0 and tension.value[row] == 0.0
+        if strip is not None and not (is_loose and time > 0.0):
+            found.append((one, strip))
+    return found
 
 
 def _as_last_seen(replay: Replay, path: str, indices: Sequence[int]) -> dict[int, Positions]:

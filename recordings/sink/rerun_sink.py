@@ -33,7 +33,7 @@ from recordings.model.exercise import to_json, windows_to_json
 from recordings.model.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
 from recordings.model.sample import Block, Sample, id_ranges
 from recordings.sink.blueprint import Layout, run_blueprint
-from recordings.sink.writers import BodyWriter, BoomNames, SurfaceWriter
+from recordings.sink.writers import BodyWriter, BoomNames, EquipmentWriter, SurfaceWriter
 
 APPLICATION = "oilsim"
 FORMAT_VERSION = 3
@@ -63,6 +63,7 @@ class RerunWriter:
         self._causes: list[str] = []
         self._surface = SurfaceWriter(self._static, self._columns)
         self._boom_names = BoomNames(self._static, self._columns)
+        self._equipment = EquipmentWriter(self._static, self._columns)
 
     def write_run(self, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Write what does not change: properties, colours, boundaries and meshes."""
@@ -76,6 +77,7 @@ class RerunWriter:
             self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
         self._bodies = BodyWriter(run, self._static, self._columns)
         self._boom_names.begin(run.exercise.booms if run.exercise else ())
+        self._equipment.begin(run.exercise)
         self._static(entity_paths.LEGEND, rr.TextDocument(legend(run), media_type=rr.MediaType.MARKDOWN))
 
     def write_samples(self, samples: Sequence[Sample]) -> None:
@@ -88,6 +90,7 @@ class RerunWriter:
             self._bodies.write(samples)
         self._surface.write(samples)
         self._boom_names.write(samples)
+        self._equipment.write(samples)
         self._lay_out(set(_names(sample.scalars for sample in samples)), samples[0])
         for name in _names(sample.scalars for sample in samples):
             having = [sample for sample in samples if name in sample.scalars]

@@ -12,7 +12,8 @@ import pyarrow as pa
 import rerun as rr
 
 from recordings.model import appearance, entity_paths, palette
-from recordings.model.exercise import BoomDescription
+from recordings.model.equipment import Equipment
+from recordings.model.exercise import BoomDescription, ExerciseDescription
 from recordings.model.frame import MeshDescription, RunDescription
 from recordings.model.sample import Sample
 from recordings.model.surface import SurfaceFrame, grid_faces
@@ -67,6 +68,9 @@ class ForceArrows:
 _ABOVE = 2.0  # [1] height of a name over the boom, in heights of its freeboard
 
 
+_LINE_RADIUS = 0.15  # [m] of lines, as they are drawn
+
+
 class BoomNames:
     """Writes where the names stand."""
 
@@ -89,6 +93,44 @@ class BoomNames:
                 places = np.array([sample.bodies[segment][:3] for sample in having]) + np.array([0.0, 0.0, above])
                 columns = rr.Points3D.columns(positions=places.astype(np.float32))
                 self._changing(entity_paths.boom_label(name), having, columns)
+
+
+class EquipmentWriter:
+    """Writes skimmers as rings, and mooring legs and ties as lines; of those that have parted or hang loose, a point."""
+
+    def __init__(self, static: Static, changing: Changing) -> None:
+        self._static, self._changing = static, changing
+        self._equipment: Sequence[Equipment] = ()
+        self._level = 0.0
+
+    def begin(self, exercise: ExerciseDescription | None) -> None:
+        """Write looks and names."""
+        if exercise is None:
+            return
+        self._equipment, self._level = exercise.equipment, exercise.water_level
+        for one in exercise.equipment:
+            look = rr.LineStrips3D.from_fields(colors=[palette.EQUIPMENT], radii=[_LINE_RADIUS], labels=[one.name])
+            self._static(_path_of(one), look)
+
+    def write(self, samples: Sequence[Sample]) -> None:
+        """Write where they are in samples."""
+        for one in self._equipment:
+            found = [(sample, one.strip(sample.bodies, self._level)) for sample in samples]
+            having = [(sample, strip) for sample, strip in found if strip is not None]
+            if having:
+                shown = [strip if _pulls(one, sample) else np.repeat(strip[:1], 2, axis=0) for sample, strip in having]
+                columns = rr.LineStrips3D.columns(strips=[strip.astype(np.float32) for strip in shown])
+                self._changing(_path_of(one), [sample for sample, _ in having], columns)
+
+
+def _pulls(one: Equipment, sample: Sample) -> bool:
+    """Return whether a line pulls in a sample, or has not begun to; true of a skimmer."""
+    return sample.time == 0.0 or sample.scalars.get(one.series) != 0.0
+
+
+def _path_of(one: Equipment) -> str:
+    """Return the entity path of a skimmer or a line."""
+    return f"{entity_paths.EQUIPMENT}/{one.kind}/{one.name}"
 
 
 Array = npt.NDArray[np.float64]

@@ -202,7 +202,7 @@ def _footprints(assembly: Assembly) -> dict[str, list[list[float]]]:
 def _land(assembly: Assembly) -> list[list[float]]:
     """Return the outline [m] in plan of the shore that is dry in still water at the start; none without one."""
     grounds = [np.asarray(one.world_mesh().vertices) for one in assembly.solids if one.name == GROUND]
-    return next((_hull(points[points[:, 2] >= assembly.level]) for points in grounds), [])
+    return next((_hull(points[points[:, 2] >= assembly.level - 0.01]) for points in grounds), [])
 
 
 def _hull(points: NDArray[np.float64]) -> list[list[float]]:

@@ -14,10 +14,19 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ig
 
 from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
-from recordings.model.entity_paths import VESSELS, body_group
-from recordings.model.exercise import BoomDescription
+from recordings.model.entity_paths import BODIES, VESSELS, body_group
+from recordings.model.exercise import GROUND, BoomDescription
 from recordings.model.words import cause_in_words, course_in_words, three_figures
-from recordings.pictures.chart import draw_body, draw_map, draw_outline, draw_tracks, draw_windows, spread_names
+from recordings.pictures.chart import (
+    draw_body,
+    draw_equipment,
+    draw_land,
+    draw_map,
+    draw_outline,
+    draw_tracks,
+    draw_windows,
+    spread_names,
+)
 from recordings.replay.moments import Moment
 from recordings.replay.recording import Replay
 from scenarios.debrief.diagrams import empty_figure
@@ -42,6 +51,8 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
         for key, shade in zip(moments, shades, strict=True)
     ]
     _draw_vessels(axes, replay, moments[0].moment, moments[-1].moment)
+    draw_equipment(axes, moments[-1].moment)
+    draw_land(axes, replay.run, moments[-1].moment)
     marks += [
         *_draw_lost(axes, moments[-1].moment),
         *draw_windows(axes, replay, moments[-1].time),
@@ -74,8 +85,10 @@ def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str, *, last
 
 
 def _draw_vessels(axes: Axes, replay: Replay, first: Moment, last: Moment) -> None:
-    """Draw the vessels at the beginning, faintly, and at the end, with their tracks."""
+    """Draw the vessels at the beginning, faintly, and at the end, with their tracks; and all other bodies, such as a casualty."""
     for name, mesh in replay.run.meshes.items():
+        if body_group(name) == BODIES and name in last.bodies and name != GROUND:
+            draw_body(axes, name, mesh, last.bodies[name], _ACROSS, 1.0)
         if body_group(name) == VESSELS and name in first.bodies and name in last.bodies:
             draw_body(axes, name, mesh, first.bodies[name], _ACROSS, 0.3)
             draw_body(axes, name, mesh, last.bodies[name], _ACROSS, 1.0)

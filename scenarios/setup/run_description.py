@@ -11,13 +11,17 @@ from numpy.typing import NDArray
 from booms.containment import PRACTICE_SPEED
 from booms.deployment import BoomLayout
 from booms.scores import HeldSpeed, skirt_drag_coefficient, tow_force
+from coupling.multibody.lines import ElasticLine
+from coupling.multibody.mooring_leg import MooringLeg
 from oilsim.oil.fates import FATES
+from recordings.model.equipment import Equipment
 from recordings.model.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
 from recordings.model.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.run_settings import PressureProbe, WaveGauge
 from scenarios.setup.afloat.boom_losses import has_closures
 from scenarios.setup.afloat.boom_remarks import Waterside, blockage, waterside_of
+from scenarios.setup.afloat.moorings import tie_name
 from scenarios.setup.simulators import Simulators
 from scenarios.setup.solids.placed_solids import Solid
 from scenarios.spec.resolve import RunSpec
@@ -130,7 +134,39 @@ def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:
         period=scenario.period,
         wind=wind,
         criteria=as_data(scenario.criteria),
+        equipment=tuple(_describe_equipment(simulators)),
     )
+
+
+def _describe_equipment(simulators: Simulators) -> Iterator[Equipment]:
+    """Yield skimmers, mooring legs and ties, as they were laid."""
+    world, fleet = simulators.world, simulators.fleet
+    for one in simulators.skimmers:
+        mouth = ((one.body or "", _point(one.offset)),)
+        yield Equipment(name=one.short_name, kind="skimmer", ends=mouth, width=one.skimmer.design.swath)
+    if world is None:
+        return
+    for leg in fleet.legs:
+        line = world.lines[leg.name]
+        assert isinstance(line, MooringLeg)
+        ends = ((leg.body, _point(line.point)), ("", _point(line.place)))
+        yield Equipment(name=_short(leg.name), kind="mooring", ends=ends, series=f"{leg.name}/tension")
+    for tie in (line for line in fleet.lines if line.name.startswith(tie_name(""))):
+        line = world.lines[tie.name]
+        assert isinstance(line, ElasticLine)
+        first, second = (_point(point) for point in line.points)
+        ends = ((tie.body_a, first), (tie.body_b or "", second))
+        yield Equipment(name=_short(tie.name), kind="tie", ends=ends, series=f"{tie.name}/tension")
+
+
+def _short(name: str) -> str:
+    """Return the name of a line in its scenario."""
+    return name.partition("/")[2]
+
+
+def _point(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (float(part) for part in values)
+    return x, y, z
 
 
 def _current_and_wind(simulators: Simulators) -> tuple[tuple[float, float], tuple[float, float]]:
