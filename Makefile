@@ -59,8 +59,8 @@ pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: t
 stress: $(READY)  ## SCENES random scenes, EXCHANGES of them coupled otherwise, WORLDS pybullet worlds, held to what physics allows; scenes that fail are left in stress-report/
 	$(BIN)/python -m tests.stress --scenes $(or $(SCENES),500) --exchanges $(or $(EXCHANGES),200) --worlds $(or $(WORLDS),100)
 
-fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMUs, recordings, checkpoints, orders, signals, criteria, and ATTACKS on a console: all are refused in words or work
-	$(BIN)/python -m tests.fuzz --scenarios $(or $(SCENARIOS),10000) $(foreach kind,meshes fmus recordings checkpoints orders signals criteria,--$(kind) $(or $(EACH),1000))
+fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMUs, recordings, checkpoints, orders, signals, criteria, winds, resumed states, exports, sweeps, and ATTACKS on a console: all are refused in words or work
+	$(BIN)/python -m tests.fuzz --scenarios $(or $(SCENARIOS),10000) $(foreach kind,meshes fmus recordings checkpoints orders signals criteria winds resumes exports sweeps,--$(kind) $(or $(EACH),1000))
 	$(BIN)/python -m tests.fuzz.console --attacks $(or $(ATTACKS),2000)
 
 mutants: $(READY)  ## put seeded faults into a copy of the code, EACH in each of FILES files, ONLY=oilsim,coupling; goes on where it was ended

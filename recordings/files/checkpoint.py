@@ -25,6 +25,9 @@ FORMAT_VERSION = 20
 _STRUCTURE = "structure"
 _ARRAY, _TUPLE, _BYTES, _HUGE, _REAL = "__array__", "__tuple__", "__bytes__", "__int__", "__float__"
 _MARKS = (_ARRAY, _TUPLE, _BYTES, _HUGE, _REAL)
+_KINDS = {
+    "scenario_hash": (str, "a text"), "index": (int, "a whole number"), "run": (dict, "a table"), "state": (dict, "a table"),
+}  # fmt: skip
 _EXACT_INTEGERS = 2**63
 
 
@@ -142,6 +145,9 @@ def _read(source: Path) -> Checkpoint:
         raise CheckpointError(
             source, f"has format version {version}, allowed: version {FORMAT_VERSION}, which this program reads"
         )
+    for key, (kind, allowed) in _KINDS.items():
+        if type(structure[key]) is not kind:
+            raise ValueError(f"its {key} is a {type(structure[key]).__name__}, allowed: {allowed}")
     return Checkpoint(
         scenario_hash=structure["scenario_hash"],
         index=structure["index"],

@@ -246,7 +246,7 @@ def find_restart(path: Path, at: float | None = None, scenario_hash: str | None 
     checkpoint, source = _find(path, at)
     try:
         plan = plan_from(checkpoint.run)
-    except (ScenarioError, KeyError, TypeError) as error:
+    except (ScenarioError, ValueError, TypeError, LookupError, AttributeError) as error:
         raise CheckpointError(source, f"has no scenario that this program can run: {error}") from error
     found = plan.fingerprint(checkpoint.index)
     if checkpoint.scenario_hash != found:
@@ -314,6 +314,7 @@ def _index_at(time: float, plan: Plan) -> int:
 
 def _version_warning(run: Mapping[str, Any]) -> str:
     """Write which versions differ from those that wrote the checkpoint; empty if none does."""
-    then, now = run.get("versions", {}), versions()
+    then, now = run.get("versions"), versions()
+    then = then if isinstance(then, Mapping) else {}
     different = [f"{name} {then.get(name)} then, {now[name]} now" for name in _NUMERIC if then.get(name) != now[name]]
     return f"continues, but results may differ in the last bits: {'; '.join(different)}" if different else ""

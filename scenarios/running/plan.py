@@ -173,17 +173,23 @@ class Plan:
 
 
 def plan_from(data: Mapping[str, Any]) -> Plan:
-    """Create the plan that `Plan.as_data` described; ScenarioError if this program does not know such a scenario."""
+    """Create the plan that `Plan.as_data` described; ScenarioError if this program does not know such a scenario.
+
+    Raises TypeError for settings that are no texts, or given at no step.
+    """
     actions = tuple(
         Action(index=entry["index"], settings=tuple(entry["set"]), replayed=entry.get("replayed", False))
         for entry in data["actions"]
     )
-    return Plan(
-        scenario=scenario_from(data["scenario"]),
-        actions=actions,
-        text=data.get("text", ""),  # which recordings of old do not have in their plan
-        overrides=tuple(data.get("overrides", ())),
-    )
+    text = data.get("text", "")  # which recordings of old do not have in their plan
+    overrides = tuple(data.get("overrides", ()))
+    for entry in (text, *overrides, *(setting for action in actions for setting in action.settings)):
+        if not isinstance(entry, str):
+            raise TypeError(f"a setting or its text is {entry!r}, allowed: texts")
+    for action in actions:
+        if type(action.index) is not int:
+            raise TypeError(f"an order is given at the step {action.index!r}, allowed: a whole number")
+    return Plan(scenario=scenario_from(data["scenario"]), actions=actions, text=text, overrides=overrides)
 
 
 def _with_injects(settings: Sequence[str], scenario: Scenario) -> list[str]:

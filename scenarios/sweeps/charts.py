@@ -72,12 +72,14 @@ _BY_CAUSE = "oil_m3.lost"  # beginning of the keys of losses, which runs without
 _FEWEST = 4  # runs of a sampled sweep, from which a correlation says something
 
 
-def draw_sweep(outcomes: Sequence[Outcome], picture: Path) -> None:
-    """Draw the figures that differ between the runs to a PNG file."""
+def draw_sweep(outcomes: Sequence[Outcome], picture: Path) -> bool:
+    """Draw the figures that differ between the runs to a PNG file; False if no two runs have measured any, which leaves no picture."""
     drawn = drawn_figures([outcome.figures() for outcome in outcomes])
+    if not drawn:
+        return False
     if _is_sampled(outcomes):
         _draw_tornado(outcomes, drawn, picture)
-        return
+        return True
     rows, columns = math.ceil(len(drawn) / _COLUMNS), min(len(drawn), _COLUMNS)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_PANEL[0] * columns, _PANEL[1] * rows + 0.6), dpi=110, layout="constrained")
@@ -91,6 +93,7 @@ def draw_sweep(outcomes: Sequence[Outcome], picture: Path) -> None:
         if len(names) > 1:
             figure.legend(handles, names, loc="outside upper left", frameon=False, ncols=4)
         figure.savefig(picture)
+    return True
 
 
 def drawn_figures(figures: Sequence[Mapping[str, float]]) -> dict[str, list[float]]:

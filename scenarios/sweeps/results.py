@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +35,22 @@ class Outcome:
             f"probes.{name}": series["value"][-1] for name, series in self.summary["probes"].items() if series["value"]
         }
         return {key: value for key, value in found.items() if isinstance(value, int | float)}
+
+
+def read_summary(path: Path) -> Mapping[str, Any] | None:
+    """Read the summary of a run; None if there is none, or no whole one: half written by a program that was killed, or damaged."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError, RecursionError):
+        return None
+    if not (isinstance(content, dict) and {*RUN, "probes"} <= content.keys() and isinstance(content["probes"], dict)):
+        return None
+    numbers = all(
+        isinstance(content[key], int | float) and abs(content[key]) < math.inf for key in ("simulated_s", "wall_s")
+    )
+    series = [one.get("value") if isinstance(one, dict) else None for one in content["probes"].values()]
+    is_whole = numbers and isinstance(content["ended"], str) and all(isinstance(values, list) for values in series)
+    return content if is_whole else None
 
 
 def table(outcomes: Sequence[Outcome]) -> Table:
@@ -80,7 +98,7 @@ def _column(values: Sequence[Any]) -> list[Any]:
     """Turn the values of a column into numbers if all of them are; else into texts."""
     try:
         return [None if value is None else float(value) for value in values]
-    except ValueError:
+    except (ValueError, TypeError, OverflowError):
         return [None if value is None else str(value) for value in values]
 
 

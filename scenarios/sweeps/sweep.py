@@ -5,7 +5,6 @@ The runs of a sweep on a Dask cluster: each a task, so that a bad run or a lost 
 
 from __future__ import annotations
 
-import json
 import time as wall_clock
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +16,7 @@ from recordings.files.writing import RecordingError
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.sweeps.at_once import Results, run_at_once
 from scenarios.sweeps.remote_run import run_elsewhere
-from scenarios.sweeps.results import Outcome, differing, table, write_parquet, write_table
+from scenarios.sweeps.results import Outcome, differing, read_summary, table, write_parquet, write_table
 from scenarios.sweeps.variants import Variant
 from scenarios.text.problems import DONE, FAILED, Problem, ScenarioError
 from scenarios.text.terminal import terminal
@@ -107,8 +106,8 @@ def _run_in_turn(waiting: Sequence[Variant], folder: Path, recorded: bool, conso
 
 def _outcomes(chosen: Sequence[Variant], folder: Path) -> list[Outcome]:
     """Read the summaries that are there."""
-    paths = ((variant, folder / f"{variant.name}.json") for variant in chosen)
-    return [Outcome(one, json.loads(path.read_text(encoding="utf-8"))) for one, path in paths if path.is_file()]
+    found = ((variant, read_summary(folder / f"{variant.name}.json")) for variant in chosen)
+    return [Outcome(variant, summary) for variant, summary in found if summary is not None]
 
 
 def _run(variant: Variant, folder: Path, recorded: bool, console: Console) -> int:
@@ -137,10 +136,10 @@ def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
     if differing([outcome.figures() for outcome in outcomes]):
         from scenarios.sweeps.charts import draw_loss_map, draw_sweep
 
-        draw_sweep(outcomes, folder / "sweep.png")
         if len(outcomes) <= MOST_SHOWN:
             console.print(table(outcomes))
-        told += f", picture: {folder / 'sweep.png'}"
+        if draw_sweep(outcomes, folder / "sweep.png"):
+            told += f", picture: {folder / 'sweep.png'}"
         if draw_loss_map(outcomes, folder / "loss-map.png"):
             told += f", loss map: {folder / 'loss-map.png'}"
     console.print(told, highlight=False)
@@ -148,9 +147,8 @@ def _leave(outcomes: Sequence[Outcome], folder: Path, console: Console) -> None:
 
 def _is_complete(variant: Variant, folder: Path, recorded: bool) -> bool:
     """Tell whether the variant has been run to its end, and recorded if that is asked for."""
-    try:
-        content = json.loads((folder / f"{variant.name}.json").read_text(encoding="utf-8"))
-    except (FileNotFoundError, ValueError):  # missing, or half written by a program that was killed
+    content = read_summary(folder / f"{variant.name}.json")
+    if content is None:
         return False
     is_whole = content["ended"] == "completed" and content["simulated_s"] >= variant.plan.scenario.run.duration - 1e-9
     return is_whole and (not recorded or (folder / f"{variant.name}.rrd").is_file())

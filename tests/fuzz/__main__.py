@@ -1,7 +1,7 @@
 """Give oilsim random, damaged and hostile input of every kind, and tell what it does not refuse in words.
 
     python -m tests.fuzz [--scenarios N] [--meshes N] [--fmus N] [--recordings N] [--checkpoints N] [--orders N] [--signals N]
-                         [--criteria N] [--first SEED] [--workers N]
+                         [--criteria N] [--winds N] [--resumes N] [--exports N] [--sweeps N] [--first SEED] [--workers N]
 
 Each trial is a fork of a process that has checked every scenario of the library before, so that a trial computes only what its own input
 changes. A trial is had again by its seed: `--scenarios 1 --first SEED`, and 0 of the other kinds. The exit status is 1 if one failed.
@@ -29,16 +29,19 @@ from tests.fuzz.damaged_files import (
     fmu_trial,
     make_meshes,
     make_samples,
+    make_winds,
     mesh_trial,
     recording_trial,
+    wind_trial,
 )
+from tests.fuzz.exercises import export_trial, make_exercises, resume_trial, sweep_trial
 from tests.fuzz.hostile_numbers import criteria_trial, make_exercise, order_trial, signal_trial
 from tests.fuzz.scenario_files import LIBRARY, check_of, scenario_trial
 from tests.fuzz.trials import Outcome, tried
 
 COUNTS = {
     "scenarios": 10_000, "meshes": 1000, "fmus": 1000, "recordings": 1000, "checkpoints": 1000, "orders": 1000, "signals": 1000,
-    "criteria": 1000,
+    "criteria": 1000, "winds": 1000, "resumes": 1000, "exports": 1000, "sweeps": 1000,
 }  # fmt: skip
 
 
@@ -56,6 +59,12 @@ def trials(folder: Path, kinds: Collection[str]) -> dict[str, Callable[[int], in
         }
     if "meshes" in kinds:
         found["meshes"] = partial(mesh_trial, meshes=make_meshes(folder))
+    if "winds" in kinds:
+        found["winds"] = partial(wind_trial, winds=make_winds(folder))
+    of_exercises = {"resumes": resume_trial, "exports": export_trial, "sweeps": sweep_trial}
+    if not of_exercises.keys().isdisjoint(kinds):
+        exercises = make_exercises(folder)
+        found |= {kind: partial(trial, exercises=exercises) for kind, trial in of_exercises.items()}
     of_runs = {"fmus": fmu_trial, "recordings": recording_trial, "checkpoints": checkpoint_trial}
     if not of_runs.keys().isdisjoint(kinds):
         samples = make_samples(folder)

@@ -11,11 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import trimesh
+from scipy.io import netcdf_file
 
 from scenarios.cli import main
 
-MESH_TANK = """
+WATER = """
 name = "mesh"
 [run]
 duration = 0.1
@@ -32,12 +34,15 @@ shape = "slab"
 phase = "water"
 bottom = -1.0
 top = 0.0
+"""
+ROCK = """
 [bodies.rock]
 shape = "mesh"
 file = {file}
 position = [0.0, 0.0, 0.0]
 density = 500.0
 """
+MESH_TANK = WATER + ROCK
 FMU = """
 [fmus.one]
 file = {file}
@@ -125,8 +130,7 @@ def mesh_trial(seed: int, meshes: tuple[Path, ...]) -> int:
 def fmu_trial(seed: int, samples: Samples) -> int:
     """Check a scene with a spoiled FMU."""
     content = spoiled(samples.fmu.read_bytes(), random.Random(seed))
-    tank = MESH_TANK[: MESH_TANK.index("[bodies.rock]")] + FMU
-    return _with(content, "gust.fmu", lambda file: _checked(tank, file))
+    return _with(content, "gust.fmu", lambda file: _checked(WATER + FMU, file))
 
 
 def _checked(text: str, file: Path) -> int:
@@ -163,3 +167,45 @@ def checkpoint_trial(seed: int, samples: Samples) -> int:
     """Go on from a spoiled checkpoint."""
     content = spoiled(samples.checkpoint.read_bytes(), random.Random(seed))
     return _with(content, samples.checkpoint.name, lambda file: main(["run", "--resume", str(file), "--no-record"]))
+
+
+SHORE = """
+[site]
+latitude = 60.0
+longitude = 5.0
+start = "2026-05-01T08:00:00Z"
+[sea]
+depth = 5.0
+[sea.wind]
+kind = "file"
+file = {file}
+"""
+WIND = "time [h], speed [kn], from_direction [deg]\n# a report\n0, 5, 90\n0.5, 7.5, 95\n1, 6, 100\n"
+
+
+def make_winds(folder: Path) -> tuple[Path, ...]:
+    """Write one wind in every format that is read: times since the start, dates, and classic CF NetCDF."""
+    files = tuple(folder / name for name in ("wind.csv", "dated.csv", "wind.nc"))
+    files[0].write_text(WIND, encoding="utf-8")
+    dated = "time [UTC], eastward_velocity [m/s], northward_velocity [m/s]\n"
+    dated += "".join(f"2026-05-01T0{hour}:00:00Z, {hour}, -2.5\n" for hour in (8, 9))
+    files[1].write_text(dated, encoding="utf-8")
+    with netcdf_file(files[2], "w") as file:
+        file.createDimension("time", 3)
+        for name, unit, standard, values in (
+            ("t", "hours since 2026-05-01 08:00:00", "time", (0.0, 0.5, 1.0)),
+            ("u10", "m s-1", "eastward_wind", (1.0, 2.0, 3.0)),
+            ("v10", "m s-1", "northward_wind", (-1.0, 0.0, 1.0)),
+        ):
+            variable = file.createVariable(name, "d", ("time",))
+            variable[:], variable.units, variable.standard_name = values, unit, standard
+        file.variables["t"].calendar = "standard"
+        file.variables["u10"].scale_factor, file.variables["u10"].valid_range = 0.5, np.array([-100.0, 100.0])
+    return files
+
+
+def wind_trial(seed: int, winds: tuple[Path, ...]) -> int:
+    """Check a scene with a spoiled file of a wind."""
+    chance = random.Random(seed)
+    wind = chance.choice(winds)
+    return _with(spoiled(wind.read_bytes(), chance), wind.name, lambda file: _checked(WATER + SHORE, file))

@@ -12,7 +12,8 @@ import pytest
 
 from scenarios.cli import main
 from tests.fuzz import trials
-from tests.fuzz.damaged_files import MESH_TANK, make_meshes, mesh_trial
+from tests.fuzz.damaged_files import MESH_TANK, make_meshes, make_winds, mesh_trial, wind_trial
+from tests.fuzz.exercises import export_trial, make_exercises, resume_trial, sweep_trial
 from tests.fuzz.hostile_numbers import criteria_trial, make_exercise, order_trial, signal_trial
 from tests.fuzz.scenario_files import scenario_trial
 from tests.fuzz.trials import tried
@@ -36,6 +37,18 @@ def test_spoiled_meshes_are_refused_in_words_or_work(tmp_path: Path) -> None:
         (tmp_path / "scene.toml").write_text(MESH_TANK.format(file=f'"{mesh}"'))
         assert main(["check", str(tmp_path / "scene.toml")]) == 0  # the sound one
     assert found(lambda seed: mesh_trial(seed, meshes)) == {}
+
+
+def test_spoiled_winds_are_refused_in_words_or_work(tmp_path: Path) -> None:
+    winds = make_winds(tmp_path)
+    assert found(lambda seed: wind_trial(seed, winds), range(7000, 7020)) == {}
+
+
+@pytest.mark.slow
+def test_spoiled_exercises_are_refused_in_words_or_go_on_right(tmp_path: Path) -> None:
+    exercises = make_exercises(tmp_path)
+    for trial in (resume_trial, export_trial, sweep_trial):
+        assert found(lambda seed, trial=trial: trial(seed, exercises)) == {}
 
 
 def test_hostile_orders_signals_and_criteria_are_refused_in_words_or_work() -> None:

@@ -64,7 +64,10 @@ def _run(call: Callable[[], int], place: Path, writing: int) -> NoReturn:
         os.setpgid(0, 0)  # so that it can be ended with its own children
         os.dup2(writing, 1)
         os.dup2(writing, 2)
-        sys.stdout, sys.stderr = os.fdopen(1, "w", buffering=1), os.fdopen(2, "w", buffering=1)
+        sys.stdout, sys.stderr = (
+            os.fdopen(1, "w", buffering=1),
+            os.fdopen(2, "w", buffering=1, errors="backslashreplace"),
+        )
         os.chdir(place / "work")
         os.environ["TMPDIR"] = tempfile.tempdir = str(place / "tmp")
         size = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * os.sysconf("SC_PAGE_SIZE")

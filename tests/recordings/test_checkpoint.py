@@ -131,6 +131,21 @@ def test_what_is_no_checkpoint_is_refused(tmp_path: Path, content: bytes) -> Non
         load_checkpoint(tmp_path / "run.npz")
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("scenario_hash", 1.5), ("index", "2"), ("index", True), ("index", None), ("run", []), ("state", [1])],
+)
+def test_a_checkpoint_with_a_part_of_another_type_is_refused(tmp_path: Path, name: str, value: Any) -> None:
+    path = tmp_path / "run.npz"
+    save_checkpoint(path, _checkpoint({"position": np.arange(3.0)}))
+    with np.load(path) as file:
+        arrays = dict(file)
+    structure = json.loads(arrays["structure"].tobytes()) | {name: value}
+    np.savez(path, **{**arrays, "structure": np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)})
+    with pytest.raises(CheckpointError, match=f"was cut off: its {name} is a {type(value).__name__}, allowed: a "):
+        load_checkpoint(path)
+
+
 @pytest.mark.parametrize("name", ["array-0", "scenario_hash", "index", "time", "run", "state"])
 def test_a_checkpoint_that_lacks_something_is_refused(tmp_path: Path, name: str) -> None:
     path = tmp_path / "run.npz"

@@ -16,7 +16,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -101,6 +101,8 @@ STANDARD_NAMES = {
         "sea_water_velocity_from_direction": "from_direction",
     },
 }  # fmt: skip
+# what scipy raises for bytes that it cannot take apart; it has no error of its own
+_OF_DAMAGE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, EOFError, MemoryError)
 _HEADING = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
 
 
@@ -115,7 +117,7 @@ def read_flow(path: Path, kind: Kind, *, start: datetime | None, bearing: float)
         raise FlowFileError([f"is {path.name!r}, allowed: a file of the kind .csv, .nc"])
     try:
         columns = reader(path, kind, start)
-    except (OSError, UnicodeDecodeError) as cause:
+    except (OSError, UnicodeDecodeError, csv.Error) as cause:
         raise FlowFileError([f"cannot be read: {reason_of(cause)}"]) from cause
     texts: list[str] = []
     time, text = in_si("time", columns["time"]) if "time" in columns else (None, "has no column time")
@@ -225,20 +227,11 @@ def _read_netcdf(path: Path, kind: Kind, start: datetime | None) -> dict[str, Co
     if not head.startswith(b"CDF"):
         raise FlowFileError(["is no NetCDF file, allowed: classic NetCDF"])
     known = STANDARD_NAMES[kind] | {"time": "time"}
-    columns: dict[str, Column] = {}
-    texts: list[str] = []
-    with netcdf_file(path, "r", mmap=False, maskandscale=True) as file:
-        for key, variable in file.variables.items():
-            name = known.get(_attribute(variable, "standard_name"))
-            if name is None:
-                continue
-            values = _present(variable)
-            if values.size != max(values.shape, default=0) or name in columns:
-                problem = "is a second one" if name in columns else f"has the shape {values.shape}"
-                texts.append(f"variable {key!r} {problem}, allowed: one series in time of each standard name")
-                continue
-            column = Column(f"variable {key!r}", _attribute(variable, "units"), values.ravel())
-            columns[name] = _since(column, _attribute(variable, "calendar"), start, texts) if name == "time" else column
+    try:
+        with netcdf_file(path, "r", mmap=False, maskandscale=True) as file:
+            columns, texts = _series_of(file, known, start)
+    except _OF_DAMAGE as error:
+        raise FlowFileError(["is a damaged NetCDF file, allowed: a whole one"]) from error
     if texts:
         raise FlowFileError(texts)
     if len(columns) < 3:
@@ -246,6 +239,26 @@ def _read_netcdf(path: Path, kind: Kind, start: datetime | None) -> dict[str, Co
     if len({column.values.size for column in columns.values()}) > 1:
         raise FlowFileError(["has variables of several lengths, allowed: one series in time"])
     return columns
+
+
+def _series_of(
+    file: netcdf_file, known: Mapping[str, str], start: datetime | None
+) -> tuple[dict[str, Column], list[str]]:
+    """Return the variables with these standard names as columns, and texts about those that cannot be taken."""
+    columns: dict[str, Column] = {}
+    texts: list[str] = []
+    for key, variable in file.variables.items():
+        name = known.get(_attribute(variable, "standard_name"))
+        if name is None:
+            continue
+        values = _present(variable)
+        if values.size != max(values.shape, default=0) or name in columns:
+            problem = "is a second one" if name in columns else f"has the shape {values.shape}"
+            texts.append(f"variable {key!r} {problem}, allowed: one series in time of each standard name")
+            continue
+        column = Column(f"variable {key!r}", _attribute(variable, "units"), values.ravel())
+        columns[name] = _since(column, _attribute(variable, "calendar"), start, texts) if name == "time" else column
+    return columns, texts
 
 
 def _attribute(variable: Any, name: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -61,3 +62,27 @@ def test_no_entry_that_is_dropped_or_spoiled_ends_in_an_error_of_python(
         save_checkpoint(target, changed)
         assert main(["run", "--resume", str(target), "--no-record", "--until", "0.06"]) in (0, 1, 2), path
         assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("versions", [3.0, [], "x", None])
+def test_versions_that_are_no_table_count_as_others(
+    versions: Any, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = load_checkpoint(checkpoint)
+    save_checkpoint(tmp_path / "step-000000001.npz", replace(whole, run=whole.run | {"versions": versions}))
+    assert main(["run", "--resume", str(tmp_path / "step-000000001.npz"), "--no-record", "--until", "0.06"]) == 0
+    assert "results may differ in the last bits: oilsim None then" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"overrides": [1]}, {"overrides": 1}, {"text": 2.5}, {"actions": [{"index": "1", "set": ["tow.speed=1"]}]}, {"actions": [3]},
+     {"actions": [{"index": 1, "set": [None]}]}, {"actions": None}],
+)  # fmt: skip
+def test_a_plan_of_other_types_is_refused(
+    change: dict[str, Any], checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = load_checkpoint(checkpoint)
+    save_checkpoint(tmp_path / "step-000000001.npz", replace(whole, run=whole.run | change))
+    assert main(["run", "--resume", str(tmp_path / "step-000000001.npz"), "--no-record", "--until", "0.06"]) == 2
+    assert "has no scenario that this program can run: " in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -188,6 +189,33 @@ def test_netcdf_files_that_cannot_be_used_are_refused(tmp_path, given, text):
     write_netcdf(tmp_path / "wind.nc", [0.0, 1 / 6], **given)
     with pytest.raises(FlowFileError, match=text):
         read_flow(tmp_path / "wind.nc", "wind", start=START, bearing=0.0)
+
+
+def test_a_damaged_netcdf_file_is_refused_in_words(tmp_path):
+    """Whichever of its bytes is lost, it gives a table or a reason: scipy ends in errors of Python of many types."""
+    write_netcdf(tmp_path / "wind.nc", [0.0, 1 / 6])
+    whole, told = (tmp_path / "wind.nc").read_bytes(), set()
+    for place in range(3, len(whole), 3):
+        for spoiled in (
+            whole[:place],
+            whole[:place] + b"\x7f" + whole[place + 1 :],
+            whole[:place] + whole[place + 1 :],
+        ):
+            (tmp_path / "wind.nc").write_bytes(spoiled)
+            with suppress(FlowFileError):
+                read_flow(tmp_path / "wind.nc", "wind", start=START, bearing=0.0)
+                continue
+            told.add(place)
+    assert len(told) > len(whole) / 6  # the header is refused everywhere
+    (tmp_path / "wind.nc").write_bytes(whole[:60])
+    with pytest.raises(FlowFileError, match="is a damaged NetCDF file, allowed: a whole one"):
+        read_flow(tmp_path / "wind.nc", "wind", start=START, bearing=0.0)
+
+
+def test_an_entry_of_a_csv_without_an_end_is_refused_in_words(tmp_path):
+    (tmp_path / "wind.csv").write_text('time [h], speed [kn], direction [deg]\n0,1,0\n"' + "1" * 200_000)
+    with pytest.raises(FlowFileError, match="cannot be read: field larger than field limit"):
+        read_flow(tmp_path / "wind.csv", "wind", start=START, bearing=0.0)
 
 
 def test_other_netcdf_files_are_refused(tmp_path):

@@ -20,7 +20,7 @@ from scenarios.sweeps.charts import (
     lines_of,
     lost_share,
 )
-from scenarios.sweeps.results import Outcome, write_parquet
+from scenarios.sweeps.results import Outcome, differing, write_parquet
 from scenarios.sweeps.variants import Range, Variation, parse_range, parse_variation, samples, variants
 from scenarios.text.problems import ScenarioError
 
@@ -112,8 +112,19 @@ def test_parquet_holds_numbers_and_the_tornado_finds_what_moves_a_figure(tmp_pat
     lost = [one.figures()["oil_m3.lost"] for one in found]
     assert _rank_correlation(found, SPEED.key, lost) == pytest.approx(1.0)
     assert abs(_rank_correlation(found, DENSITY.key, lost)) < 0.9
-    draw_sweep(found, tmp_path / "sweep.png")
+    assert draw_sweep(found, tmp_path / "sweep.png")
     assert (tmp_path / "sweep.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize("count", [2, 4])  # panels, and the tornado of sampled entries
+def test_a_figure_that_one_run_alone_has_measured_leaves_no_picture(tmp_path: Path, count: int) -> None:
+    found = outcomes()[:count]
+    for number, one in enumerate(found):
+        one.summary["oil_m3"].clear()
+        one.summary["scores"] = {"main": {"first_loss_speed_kn": 0.6 if number == 0 else None}}
+    assert differing([one.figures() for one in found]) == ["scores.main.first_loss_speed_kn"]
+    assert not draw_sweep(found, tmp_path / "sweep.png")
+    assert not (tmp_path / "sweep.png").exists()
 
 
 def test_lines_over_a_sampled_entry_do_not_run_to_and_fro() -> None:

@@ -18,7 +18,7 @@ from coupling.master.participant import StepResult
 from coupling.participants.fluid import FluidParticipant
 from scenarios.cli import main
 from scenarios.sweeps.remote_run import run_elsewhere
-from scenarios.sweeps.results import Outcome, differing
+from scenarios.sweeps.results import Outcome, differing, read_summary
 from scenarios.sweeps.variants import Variation, parse_variation, variants
 from scenarios.text.problems import ScenarioError
 from tests.scenarios.small_tow import small_tow
@@ -99,6 +99,43 @@ def test_runs_stand_side_by_side_and_are_not_repeated(tmp_path: Path, capsys: py
     assert [json.loads(path.read_text())["state_hash"] for path in summaries] == [
         json.loads(told)["state_hash"] for told in (first, second)
     ]
+
+
+@pytest.mark.parametrize(
+    "spoiled",
+    [
+        "[]", "3", "null", "{}", "[" * 100_000, '{"ended": "completed"}',
+        '{"ended": [], "simulated_s": 1, "wall_s": 1, "density_error": {}, "probes": {}}',
+        '{"ended": "completed", "simulated_s": "x", "wall_s": 1, "density_error": {}, "probes": {}}',
+        '{"ended": "completed", "simulated_s": NaN, "wall_s": 1, "density_error": {}, "probes": {}}',
+        '{"ended": "completed", "simulated_s": 1, "wall_s": 1, "density_error": {}, "probes": {"gauge": 1}}',
+    ],
+)  # fmt: skip
+def test_a_summary_that_is_none_counts_as_missing(tmp_path: Path, spoiled: str) -> None:
+    (tmp_path / "run.json").write_text(spoiled, encoding="utf-8")
+    assert read_summary(tmp_path / "run.json") is None
+
+
+def test_a_run_whose_summary_is_spoiled_is_made_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "tow.toml").write_text(small_tow(duration=0.1, communication_step=0.1, frame_rate=10))
+    asked = [
+        "sweep",
+        str(tmp_path / "tow.toml"),
+        "--workers",
+        "1",
+        "--vary",
+        "tow.speed=0.2,0.3",
+        "--to",
+        str(tmp_path),
+    ]
+    assert main(asked) == 0
+    first = sorted(tmp_path.glob("*.json"))[0]
+    whole = json.loads(first.read_text())["state_hash"]
+    first.write_text("[]")
+    capsys.readouterr()
+    assert main(asked) == 0
+    assert "1 of 2 already complete" in capsys.readouterr().err
+    assert json.loads(first.read_text())["state_hash"] == whole
 
 
 @pytest.mark.parametrize("method", ["monte-carlo", "latin-hypercube"])
