@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from coupling.master.saved_fields import require_alike
 from oilsim.accounts.ledger import Ledger
 from recordings.files.writing import write_whole
 from recordings.model.frame import Event, Frame, RunDescription
@@ -79,6 +80,8 @@ class SummaryObserver:
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go on from what `save_state` returned; to be called once the run has begun."""
         self._started = self._last - saved["wall_seconds"]
+        for event in saved["events"]:  # an empty list, as a new summary has, does not tell what it may hold
+            require_alike("summary/events", event, asdict(Event(0.0, "")))
         self.events = [Event(**event) for event in saved["events"]]
         self._step_seconds = EvenSample.restored(saved["step_seconds"])
         self._times = EvenSample.restored(saved["times"])

@@ -86,3 +86,15 @@ def test_a_plan_of_other_types_is_refused(
     save_checkpoint(tmp_path / "step-000000001.npz", replace(whole, run=whole.run | change))
     assert main(["run", "--resume", str(tmp_path / "step-000000001.npz"), "--no-record", "--until", "0.06"]) == 2
     assert "has no scenario that this program can run: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("change", [{"text": b"x"}, {"time": "x"}, {"time": float("nan")}, {"source": 1}])
+def test_events_of_other_types_are_refused(
+    change: dict[str, Any], checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = load_checkpoint(checkpoint)
+    whole.state["summary"]["events"][0] |= change
+    save_checkpoint(tmp_path / "step-000000001.npz", whole)
+    asked = ["run", "--resume", str(tmp_path / "step-000000001.npz"), "--no-record", "--until", "0.06"]
+    assert main([*asked, "--summary", str(tmp_path / "summary.json")]) == 1
+    assert "summary/events" in capsys.readouterr().err
