@@ -104,12 +104,13 @@ class EquipmentWriter:
         self._level = 0.0
 
     def begin(self, exercise: ExerciseDescription | None) -> None:
-        """Write looks and names."""
+        """Write looks, and the names of skimmers and anchors."""
         if exercise is None:
             return
         self._equipment, self._level = exercise.equipment, exercise.water_level
         for one in exercise.equipment:
-            look = rr.LineStrips3D.from_fields(colors=[palette.EQUIPMENT], radii=[_LINE_RADIUS], labels=[one.name])
+            labels = [] if one.kind == "tie" else [one.name]  # names of all cross bridles would hide the boom
+            look = rr.LineStrips3D.from_fields(colors=[palette.EQUIPMENT], radii=[_LINE_RADIUS], labels=labels)
             self._static(_path_of(one), look)
 
     def write(self, samples: Sequence[Sample]) -> None:

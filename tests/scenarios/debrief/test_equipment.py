@@ -47,6 +47,8 @@ def test_bridles_and_skimmer_of_a_v_sweep(tmp_path: Path) -> None:
     axes = figure.subplots()
     draw_equipment(axes, moment)
     assert {line.get_gid() for line in axes.lines} == {"brush", "fore", "middle"}
+    drawn = {path.rpartition("/")[2] for path, _ in replay.chunks("/equipment/**")}  # in three dimensions
+    assert drawn == {"brush", "fore", "middle", "aft"}
     (image,) = render_moments(replay.run, [moment], 400)
     tint = np.array(palette.EQUIPMENT[:3]) / 255.0
     hue = image / np.maximum(image.sum(axis=2, keepdims=True), 1e-6)
