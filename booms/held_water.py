@@ -115,34 +115,35 @@ def held_widths(middle: Array, half: Array, ahead: Array) -> Array:
     to its end; ahead (2,): unit vector along the current.
     """
     width = np.zeros(len(middle))
-    across = np.array([-ahead[1], ahead[0]])
     for s in range(len(middle)):
-        right = half[s, 1] * across[0] - half[s, 0] * across[1]  # above 0: `across` leads to the segment's right side
+        left = half[s, 0] * ahead[0] + half[s, 1] * ahead[1]  # above 0: the left of the current is the segment's left
         for side in (-1.0, 1.0):
-            way = side * across
-            reach = first_hit(middle, half, middle[s], way, s)
+            x, y = -side * ahead[1], side * ahead[0]
+            reach = first_hit(middle, half, middle[s, 0], middle[s, 1], x, y, s)
             if not math.isfinite(reach):
                 continue
-            inside = middle[s] + 0.5 * reach * way
-            if math.isfinite(first_hit(middle, half, inside, ahead, -1)):
-                width[s] = reach if side * right > 0.0 else -reach
+            inside_x, inside_y = middle[s, 0] + 0.5 * reach * x, middle[s, 1] + 0.5 * reach * y
+            if math.isfinite(first_hit(middle, half, inside_x, inside_y, ahead[0], ahead[1], -2)):
+                width[s] = -reach if side * left > 0.0 else reach
                 break
     return width
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def first_hit(middle: Array, half: Array, start: Array, way: Array, skipped: int) -> float:
-    """Return the distance [m] from `start` (2,) along the unit vector `way` (2,) to the first segment but one; infinite without any."""
+def first_hit(middle: Array, half: Array, x: float, y: float, way_x: float, way_y: float, own: int) -> float:
+    """Return the distance [m] from a place (x, y) [m] along a unit vector to the first segment; infinite without any.
+
+    Segment `own` and its neighbours are passed over; -2 for none.
+    """
     nearest = np.inf
     for k in range(len(middle)):
-        if abs(k - skipped) <= 1 and skipped >= 0:
+        turn = way_x * half[k, 1] - way_y * half[k, 0]
+        if turn == 0.0 or abs(k - own) <= 1:
             continue
-        ox, oy = middle[k, 0] - start[0], middle[k, 1] - start[1]
-        turn = way[0] * half[k, 1] - way[1] * half[k, 0]
-        if turn == 0.0:
-            continue
-        distance = (ox * half[k, 1] - oy * half[k, 0]) / turn
-        place = (ox * way[1] - oy * way[0]) / turn  # of the half length, from the middle
-        if 0.0 < distance < nearest and abs(place) <= OVERLAP:
-            nearest = distance
+        off_x, off_y = middle[k, 0] - x, middle[k, 1] - y
+        place = off_x * way_y - off_y * way_x  # of the half length, from the middle
+        if abs(place) <= OVERLAP * abs(turn):
+            distance = (off_x * half[k, 1] - off_y * half[k, 0]) / turn
+            if 0.0 < distance < nearest:
+                nearest = distance
     return nearest

@@ -58,7 +58,7 @@ CREWS = {
         good=(),
         bad=("vessels.two.engine=stopped", "vessels.three.engine=stopped"),
         boom="middle",
-        missed="gap",
+        missed="held",
         expected=Expected(
             "AB", "AB", "DE", "E", "posts that are held keep the boom; the middle length whose two boats stop drifts in"
         ),
