@@ -19,11 +19,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from booms.boom import Boom
 from booms.reel import ReeledBodies, Track
+from oilsim.backend.jit import njit
 from oilsim.loads.load_model import LoadModel
 from oilsim.loads.morison import BodyLoads
 from oilsim.sea import Sea

@@ -85,7 +85,7 @@ def test_closures_see_the_oil_of_a_boom_that_lies_across_a_periodic_side(scenari
     data["tank"] |= {"periodic": ["x"], "open": ["+z"]}
     data["fill"]["slick"] |= {"lower": [3.4, 0.6, 0.5], "upper": [4.0, 1.4, 0.66]}
     run = scenario_run(scenario_from(data))
-    run.run(0.5)
+    run.run(1.5)
     assert run.assembly.scoring.series()["metrics/closure_loss_rate"] > 1e-5
 
 

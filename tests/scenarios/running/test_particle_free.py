@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray
 
-from booms.loads import skirt_drag
 from coupling.testkit import assert_restarts_exactly
 from recordings.export.chosen import oil_frames, oil_names
 from recordings.export.netcdf import write_netcdf
@@ -36,7 +35,7 @@ def run_bare(name: str, until: float, *changes: str):
 def test_exercise_made_for_particles_runs_without_them():
     """`u-sweep` in its current of 0.3 m/s, before the tow: all floats, and both ends together bear the drag of the boom's opening.
 
-    Total drag of the catenary of gap 0.32: 0.107 q d L (`tests/booms/data/boom_catenary.csv`), q = rho / 2 C_d U^2.
+    Each has 0.94 rho/2 U^2 d w at a gap of a third, with the water that the U holds (`booms.held_water`); w = 0.32 L.
     """
     assembly, _ = run_bare("u-sweep", 6.0, "run.communication_step=0.02")
     world, level = assembly.world, 0.6
@@ -44,7 +43,7 @@ def test_exercise_made_for_particles_runs_without_them():
     heights = [world.pose(segment.name)[2] + layout.segment.waterline - level for segment in layout.segments]
     pulls = [world.tension(joint) for joint in assembly.fleet.tensions_of("main").values()]
     counts = assembly.particle_counts()
-    expected = 0.107 * 0.5 * 1027.0 * skirt_drag(1027.0) * 0.3**2 * 0.25 * 6.0
+    expected = 2.0 * 0.94 * 0.5 * 1027.0 * 0.3**2 * 0.25 * 0.32 * 6.0
     assert set(counts.values()) == {0}
     assert np.abs(heights).max() < 0.03
     assert sum(pulls) == pytest.approx(expected, rel=0.35)

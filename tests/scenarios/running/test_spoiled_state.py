@@ -71,7 +71,8 @@ def test_versions_that_are_no_table_count_as_others(
     whole = load_checkpoint(checkpoint)
     save_checkpoint(tmp_path / "step-000000001.npz", replace(whole, run=whole.run | {"versions": versions}))
     assert main(["run", "--resume", str(tmp_path / "step-000000001.npz"), "--no-record", "--until", "0.06"]) == 0
-    assert "results may differ in the last bits: oilsim None then" in capsys.readouterr().err
+    told = " ".join(capsys.readouterr().err.split())  # the console wraps lines wherever a path is long
+    assert "results may differ in the last bits: oilsim None then" in told
 
 
 @pytest.mark.parametrize(
@@ -85,7 +86,7 @@ def test_a_plan_of_other_types_is_refused(
     whole = load_checkpoint(checkpoint)
     save_checkpoint(tmp_path / "step-000000001.npz", replace(whole, run=whole.run | change))
     assert main(["run", "--resume", str(tmp_path / "step-000000001.npz"), "--no-record", "--until", "0.06"]) == 2
-    assert "has no scenario that this program can run: " in capsys.readouterr().err
+    assert "has no scenario that this program can run: " in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.parametrize("change", [{"text": b"x"}, {"time": "x"}, {"time": float("nan")}, {"source": 1}])
