@@ -59,6 +59,7 @@ def load_bodies(
         chains = [
             chain_of(one.boom, one.segment.waterline, names.index(one.segments[0].name), len(one.segments))
             for one in fleet.booms.values()
+            if one.boom.pocket is None  # through which the water runs out below
         ]
         world.set_environment(BodiesWithBooms(loaded, sea, chains, tuple(_tracks(booms, fleet, names))), names)
     else:
