@@ -5,12 +5,13 @@ the water cannot slide off along it, the water stands in the U, and its stagnati
 
     dF/ds = 1/2 rho U^2 d (1.88 sin^2 a + h cos^2 a) n,     h = min(1, 20 d / w)
 
-with U the current relative to the boom, a the angle between a segment and the current, d the draft, n the normal out of the U, and w the
-width of the U at the segment, across the current. The first part is the rule (`booms.loads`), the second one is added here. A segment holds
-water if another one of its boom lies across the current, and a third one downstream of the water between both. A boom with a pocket holds
-none, since the pocket lets the water out below. Runs with particles around
-booms of 12 m with gaps of 0.25, 0.33 and 0.5 of it, drafts of 0.30 and 0.45 m, at 0.5 m/s have 0.72 to 1.30 of this pull. They cover
-widths of 7 to 20 drafts; for wider mouths, under which more and more water passes, the fade is assumed.
+U is the current relative to the boom, a the angle between a segment and the current, d the draft, n the normal out of the U, and w the
+width of the U at the segment, across the current. The first part is the rule (`booms.loads`); this module adds the second one. A segment
+holds water if another segment of its boom lies across the current, and a third one lies downstream of the water between both. A boom with
+a pocket holds none, since the pocket lets the water out below.
+
+Particles around booms of 12 m, with gaps of 0.25, 0.33 and 0.5 of the length and drafts of 0.30 and 0.45 m, in 0.5 m/s, have 0.72 to 1.30
+of this pull. These runs cover widths of 7 to 20 drafts. More water passes under wider mouths; how h fades there is assumed.
 """
 
 from __future__ import annotations

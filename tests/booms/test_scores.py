@@ -130,7 +130,7 @@ def test_one_particle_in_a_short_step_is_no_gross_loss():
 
 
 def test_one_parcel_of_twenty_litres_is_no_gross_loss_and_two_are():
-    """Of 360 litres 20 go at once, 5.6 % of them in 12 s; a second parcel in that time makes it gross."""
+    """A parcel takes 20 of 360 litres at once, 5.6 % in 12 s; a second parcel in that time makes the loss gross."""
     for parcels in (1, 2):
         speeds = LossSpeeds()
         for step in range(300):

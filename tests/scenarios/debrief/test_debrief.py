@@ -225,7 +225,7 @@ def test_lean_and_draft_are_those_of_the_boom_not_of_its_worst_segment(history: 
 
 
 def test_oil_that_could_not_be_met_yet_does_not_count(history: BoomHistory) -> None:
-    """Of 30 litres ten are met, twelve lie ahead, and eight have passed by: 10 of 18."""
+    """The boom has met ten of 30 litres, twelve lie ahead, and eight have passed by: 10 of 18 count."""
     oil = history.oil | {"met": np.full(FRAMES, 0.010), "contained": np.full(FRAMES, 0.010), "lost": np.zeros(FRAMES)}
     waiting = replace(history, oil=oil | {"afloat": np.full(FRAMES, 0.020), "ahead": np.full(FRAMES, 0.012)})
     values = {finding.criterion.key: finding.value for finding in grade(waiting).findings}
