@@ -124,15 +124,15 @@ class HeldSpeed:
 
 @dataclass(kw_only=True)
 class LossSpeeds:
-    """The tow speeds [m/s] of first loss and of gross loss in a run with rising speed; None until they happen.
+    """The tow speeds [m/s] of first loss and of gross loss in a run with rising speed; None until they happen, and then they stay.
 
     Both count from the tow's beginning, when the boom first goes through the water at `TOW_BEGINS`; oil that was lost before does not
     count. Losses are net: oil that is taken back is deducted.
 
     First loss: the net lost share of all oil taken in has stayed above `first_share` for `window` [s]; the speed is that at which it rose
     above. Gross loss comes after it: the mean net loss over `gross_window` [s] is more than the share `gross_rate` [1/s] of that oil,
-    10 % a minute; the speed is the mean over that loss. Either is None again once half of that oil has come back. After ASTM F2084, in
-    which observers judge by eye; trials call more than 10 % a minute catastrophic. The longer window sees it in pools of some 50 particles.
+    10 % a minute; the speed is the mean over that loss. Oil that comes back later withdraws neither. After ASTM F2084, in which
+    observers judge by eye; trials call more than 10 % a minute catastrophic. The longer window sees it in pools of some 50 particles.
     """
 
     first_share: float = 0.005
@@ -145,7 +145,6 @@ class LossSpeeds:
     _above: tuple[float, float] | None = (
         None  # time [s] and tow speed [m/s] since which the lost share is above first_share
     )
-    _gross: tuple[float, float] = (0.0, 0.0)  # net loss [m3] before the gross loss, and in its window
     _past: list[tuple[float, float, float]] = field(default_factory=list)  # time, tow speed, net loss
 
     @property
@@ -172,25 +171,18 @@ class LossSpeeds:
             self._add_gross(time, net, taken_in, parcel)
 
     def _add_first(self, time: float, tow_speed: float, share: float) -> None:
-        if self.first_loss is not None:
-            if share <= 0.5 * self.first_share:
-                self.first_loss = self._above = None
-        elif share <= self.first_share:
+        if share <= self.first_share:
             self._above = None
-        else:
+        elif self.first_loss is None:
             self._above = self._above or (time, tow_speed)
             if time - self._above[0] >= self.window * (1.0 - 1e-9):
                 self.first_loss = self._above[1]
 
     def _add_gross(self, time: float, net: float, taken_in: float, parcel: float) -> None:
-        before, lost = self._gross
-        if self.gross_loss is not None and net < before + 0.5 * lost:
-            self.gross_loss = None
         since, _, net_then = self._past[0]
         if self.first_loss is None or self.gross_loss is not None:
             return
         if net - parcel - net_then > self.gross_rate * taken_in * (time - since):
-            self._gross = net_then, net - net_then
             self.gross_loss = self._speed_of_loss()
 
     def _speed_of_loss(self) -> float:

@@ -246,15 +246,6 @@ class BoomScore:
             rate, window = 60.0 * 100.0 * self._losses.gross_rate, self._losses.gross_window
             text = f"has lost more than {rate:g} % of its oil a minute for {window:g} s, at {gross / KNOT:.2f} kn"
             self._tell_once("gross loss", True, text)
-        self._revoke("first loss", first)
-        self._revoke("gross loss", gross)
-
-    def _revoke(self, loss: str, speed: float | None) -> None:
-        """Say that half of a loss that was told has come back, after which it may be told again; what was told stands."""
-        if speed is None and loss in self._told:
-            self._told.remove(loss)
-            text = f"has taken back half or more of what it lost at its {loss}"
-            self._notices.append(Notice(text, level="info", source=f"boom {self.name}"))
 
     def _tell_once(self, key: str, happens: bool, text: str, level: EventLevel = "warning") -> None:
         if happens and key not in self._told:

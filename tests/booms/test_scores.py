@@ -96,14 +96,14 @@ def test_gross_loss_never_comes_before_the_first_loss():
     assert until[len(lost)].gross_loss == pytest.approx(0.5)
 
 
-def test_oil_that_comes_back_sets_no_loss_speed():
+def test_oil_that_comes_back_within_seconds_sets_no_loss_speed_and_later_withdraws_none():
     brief = losses_of([0.0] * 5 + [0.3] * 4 + [0.0] * 20, speed=lambda t: 0.3)
     assert (brief.first_loss, brief.gross_loss) == (None, None)
     long = losses_of([0.0] * 5 + [0.3] * 12, speed=lambda t: 0.3)
     assert (long.first_loss, long.gross_loss) == (pytest.approx(0.3), pytest.approx(0.3))
     for k in range(17, 20):
-        long.add(float(k), 0.3, 0.001, 1.0)
-    assert (long.first_loss, long.gross_loss) == (None, None)
+        long.add(float(k), 0.2, 0.001, 1.0)
+    assert (long.first_loss, long.gross_loss) == (pytest.approx(0.3), pytest.approx(0.3))
 
 
 def test_loss_speeds_go_on_from_their_saved_account():
