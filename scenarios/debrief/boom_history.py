@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from booms.boom_state import BoomState
+from booms.containment import PRACTICE_SPEED
 from recordings.model.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import Replay, Series
 from recordings.replay.series import WORST, BodySeries, reached
@@ -66,6 +67,11 @@ class BoomHistory:
     tow_speed: Array
     series: Mapping[str, Series] = field(default_factory=dict)
     crew_acted: bool = True
+
+    @property
+    def in_waves(self) -> bool:
+        """Whether a speed of the water counts as held after a wave's period, and not after the way of a skirt's depth."""
+        return self.boom.hold_time > self.boom.skirt_depth / PRACTICE_SPEED * (1.0 + 1e-9)
 
     @cached_property
     def normal_flow(self) -> Array:

@@ -159,7 +159,7 @@ _OWN = (
         "speed", "Time over 0.7 kn", "%", partial(measures.time_over, speed=PRACTICE_SPEED),
         what="Share of the time in which water kept running against a twentieth of the boom's length at more than 0.7 knots "
         "normal to it. Above this speed booms lose oil. The speed is averaged over the time in which the water passes "
-        "the skirt's depth, because a shorter swing draws no oil under.",
+        "the skirt's depth, because a shorter swing draws no oil under, and in waves over ten of them.",
     ),
     _known(
         "design_speed", "Time over 0.6 kn", "%", partial(measures.time_over, speed=DESIGN_SPEED),

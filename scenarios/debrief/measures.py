@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 # [1] of a boom's length that may do worse than what is measured, and of its length and time together; chosen: one segment swings by itself
 PART = 0.05
+# [1] waves over which the speed against a boom is averaged; chosen: in an irregular sea the mean over one leaves a third of the swing
+WAVES = 10.0
 # [m] of the second end from its berth, within which it counts as there; assumed: a boat's length
 AT_BERTH = 15.0
 
@@ -123,7 +125,7 @@ def led(history: BoomHistory) -> float | None:
 
 def time_over(history: BoomHistory, speed: float) -> float:
     """Return the share [%] of the time in which water kept running faster than `speed` [m/s] against more than `PART` of the boom."""
-    over = (history.held_speed[history.settled] > speed).mean(axis=1)  # [1] of the boom's length
+    over = (_steady_speed(history) > speed).mean(axis=1)  # [1] of the boom's length
     return 100.0 * float((over > PART).mean())
 
 
@@ -132,9 +134,21 @@ def over_by_segment(history: BoomHistory, limits: Sequence[float]) -> tuple[Arra
 
     Times of start-up do not count.
     """
-    speeds = history.held_speed[history.settled]
+    speeds = _steady_speed(history)
     shares = [100.0 * (speeds > limit).mean(axis=0) for limit in limits]
     return np.asarray(speeds.max(axis=0)), np.stack(shares, axis=1)
+
+
+def _steady_speed(history: BoomHistory) -> Array:
+    """Return the settled speeds (M, S) [m/s] held against each segment, in waves each the mean over the `WAVES` waves before it.
+
+    An earlier one has no such mean, and is left out of a run that has any.
+    """
+    if not history.in_waves:
+        return history.held_speed[history.settled]
+    time = history.time[history.settled]
+    whole = time >= time[0] + WAVES * history.boom.hold_time
+    return _over_wave(history, history.held_speed, WAVES)[whole if whole.any() else slice(None)]
 
 
 def gap(history: BoomHistory) -> float:
@@ -153,14 +167,14 @@ def draft(history: BoomHistory) -> float:
     return 100.0 * float(smallest) / history.boom.skirt_depth
 
 
-def _over_wave(history: BoomHistory, values: Array) -> Array:
-    """Return the settled values (M, S) of a quantity (N, S), each the mean over a wave before it: a boom rides up and down with the sea.
+def _over_wave(history: BoomHistory, values: Array, waves: float = 1.0) -> Array:
+    """Return the settled values (M, S) of a quantity (N, S), each the mean over `waves` before it: a boom rides up and down with the sea.
 
-    The time is that over which the speed normal to the boom is averaged, a wave's period at least.
+    A wave's time is that over which the speed normal to the boom is averaged, its period at least.
     """
     time = history.time[history.settled]
     sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values[history.settled], axis=0)])
-    first = np.searchsorted(time, time - history.boom.hold_time + 1e-9)
+    first = np.searchsorted(time, time - waves * history.boom.hold_time + 1e-9)
     last = np.arange(1, len(time) + 1)
     return np.asarray((sums[last] - sums[first]) / (last - first)[:, None])
 

@@ -282,13 +282,12 @@ def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]
         drag_coefficient=skirt_drag_coefficient(),
         density=density,
     )
-    in_waves = boom.hold_time > boom.skirt_depth / PRACTICE_SPEED * (1.0 + 1e-9)  # a wave's period
     told = (
         f"{three_figures(float(mean) / calm)} times as much: the orbital velocity of waves adds its mean square to V²"
     )
     waves = (
         [("Recorded, beside the rule of thumb at the mean speed, as in calm water", told)]
-        if in_waves and calm > 0.0
+        if history.in_waves and calm > 0.0
         else []
     )
     radius = catenary_parameter(boom.length, gap)

@@ -33,7 +33,18 @@ from scenarios.debrief.boom_history import BoomHistory, boom_histories
 from scenarios.debrief.crew import crew_acted
 from scenarios.debrief.grade import CRITERIA, exercise_grade, grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
-from scenarios.debrief.measures import connected, deployed, fed, held, led, over_by_segment, recovered, skimmer, snatch
+from scenarios.debrief.measures import (
+    connected,
+    deployed,
+    fed,
+    held,
+    led,
+    over_by_segment,
+    recovered,
+    skimmer,
+    snatch,
+    time_over,
+)
 from scenarios.debrief.page import write_debrief
 from scenarios.debrief.recovery_rates import loss_by_speed, rate, rate_figures, rates_diagram
 from scenarios.schema.criteria import CRITERIA_OF, CriterionSettings
@@ -616,6 +627,22 @@ def test_the_speed_against_each_segment_is_told_with_the_time_over_each_limit(hi
     assert highest == pytest.approx(speeds.max(axis=0))
     assert over.mean(axis=0) == pytest.approx([100.0 * (speeds > limit).mean() for limit in limits])
     assert (np.diff(over, axis=1) <= 0.0).all() and not over[:, 2].any()
+
+
+def test_the_swing_that_an_irregular_sea_leaves_in_a_mean_over_one_wave_is_no_speed_through_the_water(
+    history: BoomHistory,
+) -> None:
+    """0.30 m/s and a rest of 0.1 m/s that swings once in two waves is below 0.36; 0.38 m/s is above it whatever swings."""
+    count = 600
+    time, swing = 0.1 * np.arange(count), 0.1 * np.sin(0.25 * np.pi * 0.1 * np.arange(count))[:, None]  # once in 8 s
+    for speed, calm, in_waves in ((0.30, 30.0, 0.0), (0.38, 55.0, 100.0)):
+        one = replace(
+            history, time=time, tow_speed=np.full(count, 0.4), held_speed=speed + swing + np.zeros((count, 3))
+        )
+        assert time_over(one, PRACTICE_SPEED) == pytest.approx(calm, abs=5.0)
+        waves = replace(one, boom=replace(BOOM, hold_time=4.0))
+        assert waves.in_waves and not one.in_waves
+        assert time_over(waves, PRACTICE_SPEED) == in_waves
 
 
 def test_loss_over_speed_tells_modelled_from_resolved_and_adds_up(tmp_path: Path) -> None:
