@@ -19,21 +19,26 @@ from oilsim.slick.parcels import ParcelState
 Array = NDArray[np.float64]
 
 POOL = 40.0  # [m] around a skimmer in which it looks for its pool; assumed: the pocket of a sweep
+MOVING = 0.5  # [m/s] at which a skimmer is moved along what carries it; assumed: by hand lines, or slewed by a crane
 SUMS = ("encountered", "oil", "water", "decanted", "offloaded")
 OUTPUTS = {**dict.fromkeys((*SUMS, "aboard"), "m3"), "rate": "m3/s"}
 
 
 class SkimmingParticipant(Participant):
-    """A skimmer `offset` (3,) [m] from the centre of `body`, along its axes; without a body, `offset` is its place in the world."""
+    """A skimmer `offset` (3,) [m] from the centre of `body`, along its axes; without a body, `offset` is its place in the world.
 
-    STATE = ("skimmer", "_pose", "_twist", "_told_full", "_met")
+    An order of place sets `target` (3,) [m], to which the mouth moves at `MOVING`, and works on its way.
+    """
+
+    STATE = ("skimmer", "offset", "_pose", "_twist", "_told_full", "_met")
     LOOSE = ("_met",)
 
     def __init__(
         self, name: str, design: SkimmerDesign, slick: SlickParticipant, *, body: str | None, offset: Array
     ) -> None:
         self._slick, self.body = slick, body
-        self.offset = np.asarray(offset, np.float64)
+        self.offset = np.array(offset, np.float64)
+        self.target = self.offset
         self.skimmer = Skimmer(design)
         self._rate = 0.0
         self._met = np.zeros(0, np.int64)  # ids of the parcels that have come to its mouth
@@ -51,6 +56,11 @@ class SkimmingParticipant(Participant):
     def short_name(self) -> str:
         """Name of the skimmer in its scenario."""
         return self.name.removeprefix("skimmers/")
+
+    @property
+    def place_series(self) -> tuple[str, str]:
+        """Names of the series of the place [m] of its mouth."""
+        return f"{self.name}/x", f"{self.name}/y"
 
     @property
     def mouth(self) -> tuple[float, float]:
@@ -88,6 +98,7 @@ class SkimmingParticipant(Participant):
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Take oil from `time` to `time + step_size` [s]."""
+        self._move(step_size)
         skimmer, slick, mouth = self.skimmer, self._slick.slick, self.mouth
         was_ashore = skimmer.ashore_until is not None
         skimmer.begin(time, step_size)
@@ -112,6 +123,13 @@ class SkimmingParticipant(Participant):
             self._slick.observe()
         return StepResult(Status.OK, time + step_size)
 
+    def _move(self, duration: float) -> None:
+        """Move towards the ordered place for `duration` [s]."""
+        way = self.target - self.offset
+        far = float(np.linalg.norm(way))
+        if far > 0.0:
+            self.offset = self.offset + way * min(1.0, MOVING * duration / far)
+
     def _meet(self, rows: NDArray[np.int64]) -> None:
         """Count the oil of parcels of rows (M,) that come to the mouth for the first time."""
         parcels = self._slick.slick.parcels
@@ -128,6 +146,7 @@ class SkimmingParticipant(Participant):
     def series(self) -> dict[str, float]:
         """Return sums [m3], rate [m3/s] and place [m] by the names of their series, ``skimmers/NAME/oil`` and so on."""
         sums = {f"{self.name}/{output}": float(self.get(output)) for output in OUTPUTS}
+        sums |= dict(zip(self.place_series, self.mouth, strict=True))
         off_oil = self.distance_to_pool()
         return sums if off_oil is None else sums | {f"{self.name}/off_oil": off_oil}
 

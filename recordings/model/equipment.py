@@ -18,6 +18,7 @@ class Equipment:
     """A skimmer with one end, its mouth, or a line with two, a mooring leg's anchor last.
 
     ends    the body of each end, empty for the world, and the point [m] along its axes from its centre of mass
+    places  names of the series of the place [m] of the last end, where it may be moved: a mouth, or an anchor that drags
     width   [m] of a skimmer's mouth
     series  name of the series of a line's tension [N], which is 0 where it has parted or hangs loose; empty for a skimmer
     """
@@ -25,17 +26,22 @@ class Equipment:
     name: str
     kind: Literal["skimmer", "mooring", "tie"]
     ends: tuple[tuple[str, Point3], ...]
+    places: tuple[str, ...] = ()
     width: float = 0.0
     series: str = ""
 
-    def strip(self, motions: Mapping[str, npt.NDArray[np.float64]], level: float) -> npt.NDArray[np.float64] | None:
+    def strip(
+        self, motions: Mapping[str, npt.NDArray[np.float64]], scalars: Mapping[str, float], level: float
+    ) -> npt.NDArray[np.float64] | None:
         """Return a line (N, 3) [m] that shows it, not below `level` [m], where water would hide it; None without one of its bodies.
 
-        motions: of bodies by name, (7,) or more, position [m] and quaternion xyzw first.
+        motions: of bodies by name, (7,) or more, position [m] and quaternion xyzw first; scalars: values of series by name.
         """
         if any(body and body not in motions for body, _ in self.ends):
             return None
         places = np.array([_placed(np.array(point), motions.get(body)) for body, point in self.ends])
+        moved = [scalars.get(name) for name in self.places]
+        places[-1, : len(moved)] = [old if new is None else new for old, new in zip(places[-1], moved, strict=False)]
         places[:, 2] = np.maximum(places[:, 2], level)
         if self.kind != "skimmer":
             return places

@@ -19,7 +19,7 @@ from scipy.spatial import ConvexHull, KDTree, QhullError
 from recordings.model import entity_paths, palette
 from recordings.model.exercise import GROUND
 from recordings.model.frame import BodyFrame, Color, MeshDescription, RunDescription
-from recordings.model.words import cause_in_words
+from recordings.model.words import cause_in_words, three_figures
 from recordings.pictures.style import EDGE, is_light
 from recordings.replay.moments import Moment, placed_vertices
 from recordings.replay.recording import Replay, Series
@@ -30,6 +30,7 @@ _FEWEST = 10  # fewer particles than this get no outline
 _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
 _USUAL = 0.9  # [1] of the parcels; the others are stragglers
 _FAINT = 0.35
+_DRAGGED = 0.5  # [m] from which a map shows that an anchor has dragged
 _ROUNDING = 0.01  # [m] of the recorded points of a shore
 _NAME = "name of a vessel"  # mark of its text
 WINDOW = "outline of a window of particles"  # mark of its patch
@@ -204,15 +205,20 @@ def draw_land(axes: Axes, run: RunDescription, moment: Moment) -> None:
 
 
 def draw_equipment(axes: Axes, moment: Moment, across: tuple[int, int] = (0, 1)) -> None:
-    """Draw skimmers as rings, and mooring legs and ties as lines, with the names of skimmers and anchors."""
+    """Draw skimmers as rings, and mooring legs and ties as lines, with the names of skimmers and anchors, and the ways these dragged."""
     tint = palette.css(palette.EQUIPMENT)
     for one, strip in moment.equipment:
         axes.plot(*strip[:, across].T, color=tint, linewidth=1.5, zorder=6, gid=one.name)
+        name = one.name
         if one.kind == "mooring":
             axes.plot(*strip[-1:, across].T, marker="$\\perp$", markersize=9, color=tint, zorder=6)
+            way = np.array([one.ends[-1][1][:2], strip[-1, :2]])
+            if (dragged := float(np.linalg.norm(way[1] - way[0]))) > _DRAGGED and across == (0, 1):
+                axes.plot(*way.T, color=tint, linestyle=":", linewidth=1.5, zorder=6)
+                name = f"{name}, dragged {three_figures(dragged)} m"
         if one.kind != "tie":
             x, y = strip[-1, across]
-            note = axes.annotate(one.name, (x, y), (5.0, 5.0), textcoords="offset points", fontsize=8, color=tint)
+            note = axes.annotate(name, (x, y), (5.0, 5.0), textcoords="offset points", fontsize=8, color=tint)
             note.set(zorder=7, path_effects=[withStroke(linewidth=2.2, foreground="white")])
 
 

@@ -149,9 +149,13 @@ def equipment_at(replay: Replay, index: int, time: float) -> list[tuple[Equipmen
         return []
     motions = {name: body.motion for name, body in bodies_at(replay, index).items()}
     for one in exercise.equipment:
-        tension, strip = replay.scalars.get(one.series), one.strip(motions, exercise.water_level)
-        row = -1 if tension is None else int(np.searchsorted(tension.time, time + 1e-9)) - 1
-        is_loose = tension is not None and row >= 0 and tension.value[row] == 0.0
+        scalars = {}
+        for name in (one.series, *one.places):
+            series = replay.scalars.get(name)
+            row = -1 if series is None else int(np.searchsorted(series.time, time + 1e-9)) - 1
+            if series is not None and row >= 0:
+                scalars[name] = float(series.value[row])
+        strip, is_loose = one.strip(motions, scalars, exercise.water_level), scalars.get(one.series) == 0.0
         if strip is not None and not (is_loose and time > 0.0):
             found.append((one, strip))
     return found

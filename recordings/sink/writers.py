@@ -116,7 +116,7 @@ class EquipmentWriter:
     def write(self, samples: Sequence[Sample]) -> None:
         """Write where they are in samples."""
         for one in self._equipment:
-            found = [(sample, one.strip(sample.bodies, self._level)) for sample in samples]
+            found = [(sample, one.strip(sample.bodies, sample.scalars, self._level)) for sample in samples]
             having = [(sample, strip) for sample, strip in found if strip is not None]
             if having:
                 shown = [strip if _pulls(one, sample) else np.repeat(strip[:1], 2, axis=0) for sample, strip in having]

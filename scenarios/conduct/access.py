@@ -45,7 +45,7 @@ class Places:
 
 INSTRUCTOR, OBSERVER, VESSEL = "instructor", "observer", "vessel"
 
-CREW_MAY = frozenset({"steer", "levers", "engine", "line"})  # with its own vessel only
+CREW_MAY = frozenset({"steer", "levers", "engine", "line", "skim"})  # with its own vessel only
 MOST_FAILURES = (
     20  # [1] wrong tokens or passwords of one address within `FORGETS`, beyond which nobody new is let in from there
 )

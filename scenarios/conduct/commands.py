@@ -12,6 +12,7 @@ steer                       vessel, speed [m/s], heading [rad], keeps_line
 levers                      vessel, thrust ahead and steering counter-clockwise by hand, -1 to 1 of the largest
 engine                      vessel, runs
 line                        vessel, length [m] to which its winch brings its own tow line
+skim                        vessel, settings: orders to the skimmers that its crew works with
 branch                      time [s], recording: that of the mark there, null for a moment of the present run, settings: orders there
 debrief                     of the recording so far
 what-if                     time [s] of the run that people conducted last, settings: orders there; all other orders are given again
@@ -23,8 +24,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
+from scenarios.controls.table import KEYS_OF_CREWS
 from scenarios.text.problems import Problem, ScenarioError
 from scenarios.text.toml import read_object
 
@@ -48,6 +51,7 @@ _ENTRIES: Mapping[str, Mapping[str, str]] = {
     "levers": {"vessel": "text", "thrust": "number", "steering": "number"},
     "engine": {"vessel": "text", "runs": "yes or no"},
     "line": {"vessel": "text", "length": "number"},
+    "skim": {"vessel": "text", "settings": "texts"},
     "branch": {"time": "number", "recording": "text or null", "settings": "texts"},
     "what-if": {"time": "number", "settings": "texts"},
 }
@@ -92,8 +96,13 @@ def read_command(data: Mapping[str, Any]) -> Command:
     return Command(number, verb, given)
 
 
-def settings_of(command: Command, vessels: Mapping[str, Any]) -> Sequence[str]:
-    """Return the settings of the order that a command asks for; vessels: present states by name. ScenarioError for another vessel."""
+def settings_of(
+    command: Command, vessels: Mapping[str, Any], skimmers: Mapping[str, Sequence[str]] = MappingProxyType({})
+) -> Sequence[str]:
+    """Return the settings of the order that a command asks for; ScenarioError for another vessel, or what its crew may not order.
+
+    vessels: present states by name; skimmers: names of those that the crew of each works with.
+    """
     verb, entries = command.verb, command.entries
     if verb == "order":
         return list(entries["settings"])
@@ -103,6 +112,8 @@ def settings_of(command: Command, vessels: Mapping[str, Any]) -> Sequence[str]:
     present = vessels.get(vessel)
     if present is None:
         raise refused("vessel", f"is {vessel!r}, allowed: {', '.join(vessels) or 'none'}")
+    if verb == "skim":
+        return _of_skimmers(entries["settings"], skimmers.get(vessel, ()))
     if verb == "engine":
         return [f"vessels.{vessel}.engine={'running' if entries['runs'] else 'stopped'}"]
     if verb == "line":
@@ -115,6 +126,17 @@ def settings_of(command: Command, vessels: Mapping[str, Any]) -> Sequence[str]:
     line = f",through=[{present['x']!r},{present['y']!r}]" if entries["keeps_line"] else ""
     leg = f"{{speed={entries['speed']!r},heading={entries['heading']!r}{line}}}"
     return [f"vessels.{vessel}.legs=[{leg}]"]
+
+
+def _of_skimmers(settings: Sequence[str], own: Sequence[str]) -> Sequence[str]:
+    """Return settings of a crew's `own` skimmers; ScenarioError for all that are none."""
+    allowed = [key.replace("*", name, 1) for name in own for key in KEYS_OF_CREWS]
+    paths = [one.partition("=")[0].strip() for one in settings]
+    listed = ", ".join(allowed) or "none, since no skimmer is at this vessel or its boom"
+    problems = [Problem(path, f"is not for this crew, allowed: {listed}") for path in paths if path not in allowed]
+    if problems:
+        raise ScenarioError(problems, "oilsim")
+    return list(settings)
 
 
 def _is_a(kind: str, value: Any) -> bool:

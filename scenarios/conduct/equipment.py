@@ -8,7 +8,19 @@ from coupling.multibody.mooring_leg import MooringLeg
 from scenarios.conduct.averages import Means
 from scenarios.running.assembly import Assembly
 from scenarios.setup.afloat.moorings import leg_name, tie_name
+from scenarios.spec.resolve import RunSpec
 from scenarios.spec.scenario import Scenario
+
+
+def skimmers_of_crew(vessel: str, scenario: Scenario | RunSpec) -> list[str]:
+    """Return the names of the skimmers that a vessel's crew works with: on it, on a boom that it holds, or on none that a vessel holds."""
+    found = []
+    for name, one in scenario.skimmers.items():
+        boom = scenario.booms.get(one.on or "")
+        holders = {one.on} if boom is None else set(boom.ends)
+        if vessel in holders or holders.isdisjoint(scenario.vessels):
+            found.append(name)
+    return found
 
 
 def skimmers_of(assembly: Assembly, scenario: Scenario, time: float, means: Means) -> dict[str, Any]:
@@ -25,6 +37,8 @@ def skimmers_of(assembly: Assembly, scenario: Scenario, time: float, means: Mean
             "x": x_y[0],
             "y": x_y[1],
             "rate": float(means.mean(one.name, time, one.get("rate"))),
+            "place": list(scenario.skimmers[one.short_name].place),
+            "moves": bool((one.target != one.offset).any()),
             "nameplate": scenario.skimmers[one.short_name].nameplate / 3600.0,
             "swath": skimmer.design.swath,
             "stands": why,

@@ -161,7 +161,8 @@ class Session:
                 return await self._ask("mark", entries["name"])
             case verb if verb in _PLAIN:
                 return await self._ask(_PLAIN[verb])
-        settings = settings_of(command, (self.state or {}).get("vessels", {}))
+        skimmers = {one["name"]: one["skimmers"] for one in (self.scene or {}).get("vessels", ())}
+        settings = settings_of(command, (self.state or {}).get("vessels", {}), skimmers)
         told = await self._ask("order", *settings, role=role)
         if role.kind != "instructor":
             self._say(f"{role.name} ordered it", source="console")

@@ -22,7 +22,7 @@ from recordings.model.exercise import GROUND, BoomDescription
 from recordings.model.frame import Frame
 from recordings.model.words import CAUSE_IN_WORDS, LEADING
 from scenarios.conduct.averages import Means
-from scenarios.conduct.equipment import lines_of, skimmers_of
+from scenarios.conduct.equipment import lines_of, skimmers_of, skimmers_of_crew
 from scenarios.running.assembly import Assembly
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of, joint_name
 from scenarios.schema.sea import SeaSettings
@@ -102,6 +102,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
                 "beam": one.beam,
                 "control": one.control,
                 "line": _line_state(name, one, scenario.booms, assembly),
+                "skimmers": skimmers_of_crew(name, scenario),
             }
             for name, one in scenario.vessels.items()
         ],

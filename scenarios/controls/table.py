@@ -23,11 +23,13 @@ class Control:
     """An entry that a run may change: its key in the file, with ``*`` for a name or a number, and the setter that puts it into effect.
 
     driven: whether a signal may set it at every communication point, if it is a number there.
+    by_crews: whether the crew of the vessel that works with it may order it on its page.
     """
 
     key: str
     setter: str
     driven: bool = False
+    by_crews: bool = False
 
 
 CONTROLS = (
@@ -50,8 +52,9 @@ CONTROLS = (
     Control("ties.*.parted", "moor"),
     Control("ties.*.made_fast", "make_fast"),
     Control("ties.*.hauled", "haul", driven=True),
-    Control("skimmers.*.running", "skim"),
-    Control("skimmers.*.nameplate", "skim", driven=True),
+    Control("skimmers.*.running", "skim", by_crews=True),
+    Control("skimmers.*.place", "skim", by_crews=True),
+    Control("skimmers.*.nameplate", "skim", driven=True, by_crews=True),
     Control("skimmers.*.storage", "skim"),
     Control("skimmers.*.throughput_efficiency", "skim", driven=True),
     Control("skimmers.*.recovery_efficiency", "skim", driven=True),
@@ -66,6 +69,7 @@ CONTROLS = (
     Control("emitters.*.speed", "pour", driven=True),
 )
 KEYS = tuple(control.key for control in CONTROLS)
+KEYS_OF_CREWS = tuple(control.key for control in CONTROLS if control.by_crews)
 SETTERS = tuple(dict.fromkeys(control.setter for control in CONTROLS if control.setter))
 # Tables that an order may add to a run that began without them.
 NEW_TABLES = ("sea.current", "sea.wind", "sea.waves", "emitters.*")

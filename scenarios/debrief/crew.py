@@ -12,7 +12,7 @@ from recordings.replay.recording import Replay
 # what crews order; engines that fail, lines that part and the weather are the instructor's
 ACTS = (
     "tow.*", "vessels.*.legs*", "vessels.*_order=*", "*.hauled=*", "vessels.*.engine=*running*", "booms.*.tow_line=*",
-    "booms.*.reel.paid_out=*", "ties.*.made_fast=*", "skimmers.*.running=true",
+    "booms.*.reel.paid_out=*", "ties.*.made_fast=*", "skimmers.*.running=true", "skimmers.*.place=*",
 )  # fmt: skip
 _ORDERED = "orders "  # how the text of an order's event begins
 

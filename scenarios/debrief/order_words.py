@@ -90,6 +90,10 @@ def _state_in_words(key: str, written: str) -> str:
             return f"the tie {tie} is cast off"
         case ["skimmers", skimmer, "running"]:
             return f"skimmer {skimmer} {'starts' if written == 'true' else 'stops'}"
+        case ["skimmers", skimmer, "place"]:
+            return (
+                f"skimmer {skimmer} moves to {' and '.join(part.strip() for part in written.strip('[]').split(','))} m"
+            )
         case ["injects", inject, "given"]:
             return f"the inject {inject} is given"
         case ["emitters", pipe]:

@@ -256,10 +256,11 @@ class RunControls:
         self.advance()
 
     def _skim(self, settings_of: Mapping[str, SkimmerSettings]) -> None:
-        """Let skimmers run or stop, pump and store."""
+        """Let skimmers run or stop, move, pump and store."""
         for one in self._simulators.skimmers:
             ordered = settings_of[one.short_name]
             one.skimmer.is_running = ordered.running
+            one.target = np.array([*ordered.place, 0.0])
             one.skimmer.design = ordered.design(one.skimmer.design.water_density)
 
     def _new_sea(self, scenario: RunSpec) -> Sea:

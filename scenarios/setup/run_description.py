@@ -143,14 +143,16 @@ def _describe_equipment(simulators: Simulators) -> Iterator[Equipment]:
     world, fleet = simulators.world, simulators.fleet
     for one in simulators.skimmers:
         mouth = ((one.body or "", _point(one.offset)),)
-        yield Equipment(name=one.short_name, kind="skimmer", ends=mouth, width=one.skimmer.design.swath)
+        width = one.skimmer.design.swath
+        yield Equipment(name=one.short_name, kind="skimmer", ends=mouth, places=one.place_series, width=width)
     if world is None:
         return
     for leg in fleet.legs:
         line = world.lines[leg.name]
         assert isinstance(line, MooringLeg)
         ends = ((leg.body, _point(line.point)), ("", _point(line.place)))
-        yield Equipment(name=_short(leg.name), kind="mooring", ends=ends, series=f"{leg.name}/tension")
+        places = f"{leg.name}/anchor/x", f"{leg.name}/anchor/y"
+        yield Equipment(name=_short(leg.name), kind="mooring", ends=ends, places=places, series=f"{leg.name}/tension")
     for tie in (line for line in fleet.lines if line.name.startswith(tie_name(""))):
         line = world.lines[tie.name]
         assert isinstance(line, ElasticLine)

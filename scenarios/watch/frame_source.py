@@ -130,7 +130,7 @@ class FrameReader:
         return series
 
     def _moorings(self) -> dict[str, float]:
-        """Return the tension [N] of each tie, reel and mooring leg, and how far [m] its anchor has dragged."""
+        """Return the tension [N] of each tie, reel and mooring leg, how far [m] its anchor has dragged, and where [m] it is."""
         world, series = self._simulators.world, dict[str, float]()
         if world is not None:
             ties = [tie_name(name) for name in self._simulators.scenario.ties]
@@ -141,6 +141,7 @@ class FrameReader:
             line = world.lines[leg.name]
             assert isinstance(line, MooringLeg)
             series |= {f"{leg.name}/tension": line.tension, f"{leg.name}/dragged": line.dragged}
+            series |= {f"{leg.name}/anchor/{axis}": float(line.place[row]) for row, axis in enumerate("xy")}
         return series
 
     def _waiting_ties(self, world: RigidBodyWorld) -> dict[str, float]:

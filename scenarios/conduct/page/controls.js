@@ -37,12 +37,7 @@ function instructor(place, hello, scene, link) {
     when(tow, "button", () => link.give("tow", { speed: value("tow-speed") * KNOT, heading: direction(value("tow-course"), bearing) }));
   }
   for (const vessel of scene.vessels) vesselControls(place, vessel, scene, link);
-  for (const name of Object.keys(scene.skimmers)) {
-    const box = group(place, `Skimmer ${escape(name)}`, skimmerControls(name, number)), give = (setting) => link.give("order", { settings: [`skimmers.${name}.${setting}`] });
-    when(box, ".start", () => give("running=true"));
-    when(box, ".stop", () => give("running=false"));
-    when(box, ".rate", () => give(`nameplate=${value(`pump-${name}`)}`));
-  }
+  for (const name of Object.keys(scene.skimmers)) skimmerBox(place, name, scene, (settings) => link.give("order", { settings }));
   if (scene.injects.length) injectControls(place, scene, link);
   weatherControls(place, scene, link);
   if (scene.oils.length) releaseControls(place, scene, link);
@@ -61,6 +56,14 @@ function instructor(place, hello, scene, link) {
   document.getElementById("back").addEventListener("click", () => branch(link, { time: value("back-time"), recording: null }, settings(document.getElementById("back-orders").value)));
   const links = Object.entries(hello.links).filter(([name]) => name !== "instructor").map(([name, token]) => `<label>${escape(name)}</label><code>${location.origin}/#${escape(token)}</code>`);
   group(place, "Addresses of the other pages", `<div class="links">${links.join("")}</div>`);
+}
+
+function skimmerBox(place, name, scene, order) {
+  const box = group(place, `Skimmer ${escape(name)}`, skimmerControls(name, scene.skimmers[name].on, number)), give = (setting) => order([`skimmers.${name}.${setting}`]);
+  when(box, ".start", () => give("running=true"));
+  when(box, ".stop", () => give("running=false"));
+  when(box, ".rate", () => give(`nameplate=${value(`pump-${name}`)}`));
+  when(box, ".move", () => give(`place=[${value(`ahead-${name}`)},${value(`port-${name}`)}]`));
 }
 
 function injectControls(place, scene, link) {
@@ -165,6 +168,7 @@ function crew(place, vessel, scene, link) {
   document.getElementById("helm-stop").addEventListener("click", () => link.give("engine", { vessel, runs: false }));
   document.getElementById("helm-start").addEventListener("click", () => link.give("engine", { vessel, runs: true }));
   lineControls(place, vessel, scene, link);
+  for (const name of scene.vessels.find((one) => one.name === vessel).skimmers) skimmerBox(place, name, scene, (settings) => link.give("skim", { vessel, settings }));
   window.conduct.helm = { turn, change, give, follow(ordered) {
     if (order.isTouched || !ordered || ordered.by_hand) return;
     order.speed = Math.round(100 * ordered.speed / KNOT) / 100;
@@ -234,7 +238,10 @@ export function showOrdered(scene, state) {
     fill(`course-${name}`, degrees((vessel.ordered ?? vessel).heading), 0);
   }
   for (const boom of scene.booms) fill(`line-${boom.name}`, boom.ends.map((end) => state.vessels[end]?.line?.laid).find((laid) => laid != null), 1);
-  for (const [name, one] of Object.entries(state.skimmers)) fill(`pump-${name}`, 3600 * one.nameplate, 1);
+  for (const [name, one] of Object.entries(state.skimmers)) {
+    fill(`pump-${name}`, 3600 * one.nameplate, 1);
+    fill(`ahead-${name}`, one.place[0], 1); fill(`port-${name}`, one.place[1], 1);
+  }
   fill("own-line", state.vessels[window.conduct.hello.vessel]?.line?.ordered, 1);
 }
 

@@ -53,16 +53,17 @@ export function skimmerGauges(name, skimmer) {
     ${entry("Oil taken up so far", volume(skimmer.oil))}</div>`;
 }
 
-// Start, stop and pump rate of a skimmer, for the instructor.
-export function skimmerControls(name, number) {
-  const id = `pump-${escape(name)}`;
-  return `<p class="state" id="skimmer-${escape(name)}"></p><div class="row"><button class="start">Start</button><button class="stop grave">Stop</button></div>
-    <div class="row">${number(id, "Pump", "m³/h", 1, 0.1, 1000)}<button class="rate">Order</button></div>`;
+// Start, stop, pump rate and place of a skimmer, for the instructor and the crews that work with it; on: what carries it, null for nothing.
+export function skimmerControls(name, on, number) {
+  const id = escape(name), [along, across] = on ? ["Ahead", "To port"] : ["x", "y"];
+  return `<p class="state" id="skimmer-${id}"></p><div class="row"><button class="start">Start</button><button class="stop grave">Stop</button></div>
+    <div class="row">${number(`pump-${id}`, "Pump", "m³/h", 1, 0.1, 1000)}<button class="rate">Order</button></div>
+    <div class="row">${number(`ahead-${id}`, along, "m", 0.5, -1e4, 1e4)}${number(`port-${id}`, across, "m", 0.5, -1e4, 1e4)}<button class="move">Move</button></div>`;
 }
 
 export function showSkimmers(state) {
   for (const [name, skimmer] of Object.entries(state.skimmers)) {
     const place = document.getElementById(`skimmer-${name}`);
-    if (place) place.textContent = `${skimmer.stands || "works"}, takes up ${perHour(skimmer.rate)} of oil; tank ${percent(fillOf(skimmer))} of ${volume(skimmer.storage)}`;
+    if (place) place.textContent = `${skimmer.stands || "works"}${skimmer.moves ? ", moves" : ""}, takes up ${perHour(skimmer.rate)} of oil; tank ${percent(fillOf(skimmer))} of ${volume(skimmer.storage)}`;
   }
 }

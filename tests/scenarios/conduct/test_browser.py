@@ -326,13 +326,12 @@ def _branches_and_debriefs(page: sync_api.Page) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_a_skimmer_is_started_stopped_and_told_how_much_to_pump(tmp_path: Path) -> None:
-    """It stands at the start; its gauges, its words and the log follow the orders, on the observer's page too."""
+    """It stands at the start; gauges, words and log follow the orders of instructor and crew, on the observer's page too; it moves."""
     text = (ROOT / "scenarios" / "library" / "j-sweep-skimmer.toml").read_text(encoding="utf-8")
     with console(tmp_path, text, "--pace", "10") as one, sync_api.sync_playwright() as player:
         program = browser(player)
-        page, other = (
-            opened(program, one, "instructor", is_paused=True),
-            opened(program, one, "observer", is_paused=True),
+        page, other, crew = (
+            opened(program, one, role, is_paused=True) for role in ("instructor", "observer", "skimming")
         )
         told = sync_api.expect(page.locator("#skimmer-brush"))
         told.to_contain_text("stopped")
@@ -344,10 +343,16 @@ def test_a_skimmer_is_started_stopped_and_told_how_much_to_pump(tmp_path: Path) 
         order(page, "Skimmer brush", "Order", pump_brush=20)
         sync_api.expect(page.locator("#log")).to_contain_text("skimmer brush pumps 20 m³/h at most")
         sync_api.expect(other.locator("#log")).to_contain_text("skimmer brush starts")
-        order(page, "Skimmer brush", "Stop")
-        told.to_contain_text("stopped")
+        sync_api.expect(crew.locator("#port-brush")).to_have_value("2.0")
+        order(crew, "Skimmer brush", "Move", ahead_brush=1, port_brush=3)
+        sync_api.expect(page.locator("#log")).to_contain_text("skimmer brush moves to 1 and 3 m")
+        told.to_contain_text("works, moves")
+        page.evaluate("conduct.link.give('go-on')")
+        sync_api.expect(crew.locator("#skimmer-brush")).not_to_contain_text("moves", timeout=PATIENCE)
+        order(crew, "Skimmer brush", "Stop")
+        told.to_contain_text("stopped", timeout=PATIENCE)
         assert page.evaluate("conduct.state.skimmers.brush.nameplate * 3600") == pytest.approx(20.0)
-        assert page.faults == other.faults == []  # type: ignore[attr-defined]
+        assert page.faults == other.faults == crew.faults == []  # type: ignore[attr-defined]
 
 
 @pytest.mark.slow

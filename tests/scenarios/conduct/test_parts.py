@@ -14,11 +14,13 @@ from hypothesis import strategies as st
 
 from oilsim.oil.fates import Fate
 from scenarios.conduct.access import MOST_FAILURES, Access, Places, Role
-from scenarios.conduct.commands import LONGEST, read_command, read_message
+from scenarios.conduct.commands import LONGEST, read_command, read_message, settings_of
 from scenarios.conduct.conducted_run import LatestSender
+from scenarios.conduct.equipment import skimmers_of_crew
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
 from scenarios.conduct.server import other_origin, policy
 from scenarios.conduct.snapshot import MOST_SPOTS, spots_of_particles
+from scenarios.spec.load import load_scenario
 from scenarios.text.problems import ScenarioError
 
 JSON = st.recursive(
@@ -94,6 +96,22 @@ def test_each_role_has_its_own_token_and_may_do_its_own() -> None:
     assert not roles["observer"].may("steer", "port")
     assert roles["instructor"].may("end")
     assert access.role_of("") is None
+
+
+def test_a_crew_orders_its_own_skimmers_alone_and_of_them_what_crews_may() -> None:
+    """Those that its vessel or its boom carries: start, stop, place and pump."""
+    scenario = load_scenario("v-sweep").scenario
+    names = {vessel: skimmers_of_crew(vessel, scenario) for vessel in (*scenario.vessels, "stranger")}
+    assert names == {"port": ["brush"], "starboard": ["brush"], "stranger": []}
+    settings = ["skimmers.brush.running=true", "skimmers.brush.place=[1.0, 2.0]", "skimmers.brush.nameplate=20.0"]
+    command = {"id": 1, "do": "skim", "vessel": "port", "settings": settings}
+    assert settings_of(read_command(command), {"port": {}}, names) == settings
+    wrong = ["skimmers.disc.running=true", "skimmers.brush.storage=100.0", "sea.wind.speed=0.0"]
+    with pytest.raises(ScenarioError) as found:
+        settings_of(read_command(command | {"settings": [*settings, *wrong]}), {"port": {}}, names)
+    assert [problem.path for problem in found.value.problems] == [one.partition("=")[0] for one in wrong]
+    assert Role("vessel", "port").may("skim", "port")
+    assert not Role("vessel", "port").may("skim", "starboard")
 
 
 def test_a_password_is_asked_for_and_cannot_be_tried_without_end() -> None:

@@ -147,6 +147,7 @@ TRIALS = (
     Trial("ties.brake.hauled=-0.25", SLIP, starts=True),
     Trial("ties.brake.parted=true", SLIP),
     Trial("skimmers.brush.running=false", ALONE, starts=True),
+    Trial("skimmers.brush.place=[-35.5, 12.0]", ALONE),
     Trial("skimmers.brush.nameplate=10.0", ALONE, starts=True),
     Trial("skimmers.brush.storage=0.001", ALONE, starts=True),
     Trial("skimmers.brush.throughput_efficiency=0.2", ALONE, starts=True),

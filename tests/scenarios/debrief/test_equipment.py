@@ -55,6 +55,24 @@ def test_bridles_and_skimmer_of_a_v_sweep(tmp_path: Path) -> None:
     assert (np.abs(hue - tint / tint.sum()).max(axis=2) < 0.05).sum() > 50  # pixels of ring and bridles
 
 
+def test_an_anchor_that_drags_and_a_skimmer_that_is_moved_are_where_they_are(tmp_path: Path) -> None:
+    """The map has the way of the anchor from where it was laid, and says how long it is."""
+    orders = "['moorings.north.holding=1.0', 'skimmers.weir.place=[0.0, 1.6]']"
+    inject = f"injects.drags={{at=0.0, orders={orders}, text='It drags'}}"
+    replay, moment = recorded(tmp_path, "anchored-containment", inject)
+    found, series = strips(moment), replay.scalars
+    laid = next(one for one in replay.run.exercise.equipment if one.name == "north").ends[-1][1]
+    dragged = float(np.linalg.norm(found["north"][-1, :2] - laid[:2]))
+    assert dragged == pytest.approx(series["moorings/north/dragged"].value[-1])
+    assert dragged > 0.5
+    ring = found["weir"][:-1].mean(axis=0)
+    assert ring[:2] == pytest.approx([series[f"skimmers/weir/{axis}"].value[-1] for axis in "xy"], abs=1e-6)
+    axes = Figure().subplots()
+    draw_equipment(axes, moment)
+    assert any(text.get_text().startswith("north, dragged") for text in axes.texts)
+    assert any(line.get_linestyle() == ":" for line in axes.lines)
+
+
 def test_an_anchor_is_where_it_was_laid_and_a_beach_is_land(tmp_path: Path) -> None:
     replay, moment = recorded(tmp_path, "shore-seal")
     leg, boom = strips(moment)["out"], replay.run.exercise.booms[0]

@@ -72,6 +72,22 @@ def test_an_order_stops_a_skimmer(scenario_run: type[ScenarioRun]) -> None:
     assert account.oil == taken
 
 
+def test_an_order_moves_a_skimmer_along_what_carries_it(scenario_run: type[ScenarioRun]) -> None:
+    """3 m ahead and 4 m to port of where it lay, at 0.5 m/s; it goes on the same from a state in between."""
+    run, again = (scenario_run(scenario_from(drifting())) for _ in range(2))
+    scenario = Plan(scenario=run.scenario).ordered(["skimmers.one.place=[3.0, 4.0]"], 0).scenario_after(1)
+    run.assembly.controls.order(scenario)
+    run.run(4.0)
+    again.restore_state(run.save_state())
+    again.assembly.controls.order(scenario)  # the plan of a run that goes on has it
+    for one in (run, again):
+        assert one.assembly.skimmers[0].mouth == pytest.approx((1.2, 1.6))
+        one.run(8.0)
+        assert one.assembly.skimmers[0].mouth == pytest.approx((3.0, 4.0))
+    assert state_hash(again.save_state()) == state_hash(run.save_state())
+    assert run.history.frames[-1].scalars["skimmers/one/y"] == pytest.approx(4.0)
+
+
 def test_all_that_is_wrong_with_skimmers_is_named() -> None:
     data = drifting(on="nobody")
     data["skimmers"]["two"] = data["skimmers"]["one"] | {"on": None, "segment": 3}
