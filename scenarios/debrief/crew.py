@@ -6,7 +6,7 @@ import json
 import shlex
 from fnmatch import fnmatch
 
-from recordings.model.frame import ORDER_SOURCES
+from recordings.model.frame import INSTRUCTOR
 from recordings.replay.recording import Replay
 
 # what crews order; engines that fail, lines that part and the weather are the instructor's
@@ -18,13 +18,16 @@ _ORDERED = "orders "  # how the text of an order's event begins
 
 
 def crew_acted(replay: Replay) -> bool:
-    """Return False if the recorded exercise needs orders, and nobody gave a vessel, a line or a skimmer one; else True."""
+    """Return False if the recorded exercise needs orders, and nobody gave a vessel, a line or a skimmer one; else True.
+
+    Injects come by themselves: one that lets a skimmer run again is no act of a crew.
+    """
     plan = json.loads(str(replay.run.properties.get("plan") or "{}"))
     exercise = plan.get("scenario", {}).get("exercise") or {}
     return not exercise.get("needs_orders", False) or any(
         any(fnmatch(setting, act) for act in ACTS)
         for event in replay.events
-        if event.source in ORDER_SOURCES and event.text.startswith(_ORDERED)
+        if event.source == INSTRUCTOR and event.text.startswith(_ORDERED)
         for setting in _settings(event.text.removeprefix(_ORDERED))
     )
 

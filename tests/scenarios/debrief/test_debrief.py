@@ -260,7 +260,8 @@ def test_who_meets_no_oil_or_gives_no_order_has_not_passed(history: BoomHistory)
         (True, "instructor", "orders 'sea.wind.speed=9.0'", False),
         (True, "instructor", "orders vessels.port.engine=stopped", False),
         (True, "instructor", "orders 'vessels.port.legs=[{speed=0.2,heading=0.0}]'", True),
-        (True, "injects", "orders skimmers.weir.running=true", True),
+        (True, "injects", "orders skimmers.weir.running=true", False),
+        (True, "instructor", "orders skimmers.weir.running=true", True),
         (True, "instructor", "orders 'ties.brake.hauled=-20.0'", True),
     ],
 )
