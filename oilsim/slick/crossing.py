@@ -171,8 +171,8 @@ def first_crossings(origin: Array, target: Array, sweep: Sweep) -> Crossings:
 
 
 @njit(**EXACT)
-def find_nearest(points, start, end, distance):
-    """Fill distance (N,) [m] with that of points (N, 2) from the nearest of the segments from start to end (S, 2) [m]."""
+def find_nearest(points, start, end, foot):
+    """Fill foot (N, 2) [m] with the point of the segments from start to end (S, 2) [m] that is nearest to each of points (N, 2) [m]."""
     for n in range(points.shape[0]):
         nearest = math.inf
         for s in range(start.shape[0]):
@@ -181,15 +181,16 @@ def find_nearest(points, start, end, distance):
             square = way_x * way_x + way_y * way_y
             along = min(max((x * way_x + y * way_y) / square, 0.0), 1.0) if square > 0.0 else 0.0
             x, y = x - along * way_x, y - along * way_y
-            nearest = min(nearest, x * x + y * y)
-        distance[n] = math.sqrt(nearest)
+            if x * x + y * y < nearest:
+                nearest = x * x + y * y
+                foot[n, 0], foot[n, 1] = points[n, 0] - x, points[n, 1] - y
 
 
-def distance_to_barriers(points: Array, barriers: Barriers) -> Array:
-    """Return the distances (N,) [m] of points (N, 2) [m] from the nearest segment of all barriers; infinite without any."""
-    distance = np.empty(len(points))
-    find_nearest(np.ascontiguousarray(points), barriers.start, barriers.end, distance)
-    return distance
+def nearest_on_barriers(points: Array, barriers: Barriers) -> Array:
+    """Return the points (N, 2) [m] of all barriers that are nearest to points (N, 2) [m]; infinite without any."""
+    foot = np.full((len(points), 2), np.inf)
+    find_nearest(np.ascontiguousarray(points), barriers.start, barriers.end, foot)
+    return foot
 
 
 @njit(**EXACT)

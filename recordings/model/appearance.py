@@ -24,7 +24,8 @@ def legend(run: RunDescription) -> str:
     lines = [f"**{run.properties.get('title') or run.name}**"]
     if booms:
         causes = ", ".join(f"{name} *{cause_in_words(cause)}*" for cause, (name, _) in CAUSES.items())
-        lines.append(f"**Oil** is dark. The colour of **lost oil** shows how it was lost: {causes}.")
+        spots = f"Where the sea has no particles, {palette.spot_in_words()}."
+        lines.append(f"**Oil** is dark. The colour of **lost oil** shows how it was lost: {causes}. {spots}")
         lines += [f"The line on {tension_colors(boom, len(booms) > 1)}." for boom in booms]
     elif run.oils:
         lines.append("**Oil** is dark.")
@@ -68,9 +69,10 @@ def phase(index: int, one: PhaseDescription, spacing: float, *, beside_oil: bool
     return rr.Points3D.from_fields(class_ids=[index], radii=[spacing * (water if palette.is_water(one) else _RADIUS)])
 
 
-def lost(cause: str, spacing: float) -> rr.Points3D:
-    """Style the oil that was lost by one cause."""
-    return rr.Points3D.from_fields(colors=[palette.cause_color(cause)], radii=[_LOST_RADIUS * spacing])
+def lost(cause: str, spacing: float, *, are_parcels: bool) -> rr.Points3D:
+    """Style the oil that was lost by one cause; parcels have radii of their own."""
+    radii = None if are_parcels else [_LOST_RADIUS * spacing]
+    return rr.Points3D.from_fields(colors=[palette.cause_color(cause)], radii=radii)
 
 
 def wall(points: npt.NDArray[np.float32], spacing: float) -> rr.Points3D:

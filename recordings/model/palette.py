@@ -49,6 +49,8 @@ FILM: tuple[tuple[float, str, Color, float], ...] = (
     (10e-3, "10 mm", (61, 39, 16, 255), 0.85),
     (50e-3, "50 mm", (29, 18, 7, 255), 0.9),
 )
+# [m] of spots that tell the volume of oil by their area, however thin its film is: 1 m2 for 10 litres; chosen
+SPOT_THICKNESS = 0.01
 _THINNEST = 0.04e-6  # [m] of a film that can be seen (Bonn Agreement)
 _SERIES: dict[str, Color] = {
     "oil_contained": (120, 84, 40, 255),
@@ -65,6 +67,16 @@ _TENSION = np.array([[255, 236, 150], [255, 186, 60], [246, 112, 20], [200, 24, 
 def cause_color(cause: str) -> Color:
     """Return the colour of oil that was lost by a cause."""
     return CAUSES.get(cause, ("grey", (120, 120, 120, 255)))[1]
+
+
+def spot_radius(volume: npt.NDArray[np.floating]) -> npt.NDArray[np.float32]:
+    """Return the radii (N,) [m] of round spots of `SPOT_THICKNESS` that tell volumes (N,) [m3]."""
+    return np.sqrt(volume / (np.pi * SPOT_THICKNESS)).astype(np.float32)
+
+
+def spot_in_words() -> str:
+    """Return what a spot's area means."""
+    return f"a spot of 1 m² is {1e3 * SPOT_THICKNESS:g} litres"
 
 
 def film_colors(thickness: npt.NDArray[np.floating]) -> npt.NDArray[np.uint8]:

@@ -115,13 +115,19 @@ def _taken(phase: PhaseFrame, precision: float | None) -> PhaseFrame:
 
 
 def _lost(oils: Sequence[PhaseFrame], causes: Mapping[str, int]) -> Mapping[str, PhaseFrame] | None:
-    """Select the lost particles among the oil of the sample, by cause; None if the sample has no oil."""
+    """Select the lost oil of the sample, by cause; None if the sample has no oil."""
     if not oils:
         return None
     position, ids = np.concatenate([oil.position for oil in oils]), np.concatenate([oil.id for oil in oils])
     fate = np.concatenate([np.zeros(len(oil.id), np.uint8) if oil.fate is None else oil.fate for oil in oils])
     there = {cause: fate == code for cause, code in causes.items()}
-    return {cause: PhaseFrame(position[mask], ids[mask]) for cause, mask in there.items() if mask.any()}
+    sizes = [(oil.volume, oil.width) for oil in oils if oil.volume is not None and oil.width is not None]
+    columns = [np.concatenate(column) for column in zip(*sizes, strict=True)] if len(sizes) == len(oils) else []
+    return {
+        cause: PhaseFrame(position[mask], ids[mask], *(column[mask] for column in columns))
+        for cause, mask in there.items()
+        if mask.any()
+    }
 
 
 def rounded(position: npt.NDArray[np.float32], precision: float | None) -> npt.NDArray[np.float32]:

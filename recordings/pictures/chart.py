@@ -31,6 +31,7 @@ _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
 _USUAL = 0.9  # [1] of the parcels; the others are stragglers
 _FAINT = 0.35
 _DRAGGED = 0.5  # [m] from which a map shows that an anchor has dragged
+_RIM = 0.3  # [points] of spots
 _ROUNDING = 0.01  # [m] of the recorded points of a shore
 _NAME = "name of a vessel"  # mark of its text
 WINDOW = "outline of a window of particles"  # mark of its patch
@@ -55,9 +56,13 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
             before = first.positions.get(phase.name, positions[:0])
             draw_outline(axes, before[:, across], run.particle_spacing, "dashed")
             draw_outline(axes, positions[:, across], run.particle_spacing, "solid")
-        _draw_particles(axes, positions[:, across], run.particle_spacing, color, phase.is_oil)
+        if phase.is_oil:
+            draw_spots(axes, positions[:, across], last.radius.get(phase.name, 0.5 * run.particle_spacing), color)
+        else:
+            _draw_liquid(axes, positions[:, across], run.particle_spacing, color)
     for cause, positions in last.lost.items():
-        _draw_particles(axes, positions[:, across], run.particle_spacing, palette.cause_color(cause), True)
+        radius = last.radius.get(cause, 0.5 * run.particle_spacing)
+        draw_spots(axes, positions[:, across], radius, palette.cause_color(cause))
     for name, mesh in run.meshes.items():
         if name == GROUND:
             continue
@@ -86,7 +91,7 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
 def _draw_key(axes: Axes, run: RunDescription, last: Moment, windows: Sequence[Line2D]) -> None:
     """Say what the colours of oil, and the outlines of windows, mean, in a run that has lost oil or windows."""
     lost = [cause for cause, positions in last.lost.items() if len(positions)]
-    if not lost and not windows:
+    if not lost and not windows and not last.radius:
         return
     shown = [
         (index, phase)
@@ -109,8 +114,9 @@ def _draw_key(axes: Axes, run: RunDescription, last: Moment, windows: Sequence[L
         for label, tint in {label: palette.css(tint) for label, tint in tints.items()}.items()
     ]
     axes.legend(
-        handles=[*marks, *windows], fontsize=8.5, loc="lower left", framealpha=0.85, edgecolor="none"
-    ).set_zorder(9)
+        handles=[*marks, *windows], fontsize=8.5, loc="lower left", framealpha=0.85, edgecolor="none",
+        title=palette.spot_in_words() if last.radius else None, title_fontsize=8.5, alignment="left",
+    ).set_zorder(9)  # fmt: skip
 
 
 def _has_past(oils: Sequence[str], moments: Sequence[Moment]) -> bool:
@@ -130,13 +136,9 @@ def _seen_from_the_side(moment: Moment) -> bool:
     return bool(width < _FLAT * length or height > 0.5 * max(length, width))
 
 
-def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, strong: bool) -> None:
-    """Draw oil as dots and other fluids as a faint background."""
+def _draw_liquid(axes: Axes, points: Points, spacing: float, color: Color) -> None:
+    """Draw a fluid other than oil as a faint background."""
     tint = np.array(color[:3]) / 255.0
-    if strong:
-        discs = points[:, None, :] + 0.5 * spacing * _DISC
-        axes.add_collection(PolyCollection([*discs], facecolors=[(*tint, 0.75)], linewidths=0.0, zorder=3))
-        return
     amount, x_edges, y_edges = _density(points, 2.0 * spacing)
     full = np.percentile(amount[amount > 0.0], 90.0)
     image = np.empty((*amount.T.shape, 4))
@@ -144,6 +146,16 @@ def _draw_particles(axes: Axes, points: Points, spacing: float, color: Color, st
     image[..., 3] = 0.55 * np.clip(amount.T / full, 0.0, 1.0)
     extent = (x_edges[0], x_edges[-1], y_edges[0], y_edges[-1])
     axes.imshow(image, origin="lower", extent=extent, interpolation="bilinear", zorder=1)
+
+
+def draw_spots(axes: Axes, points: Points, radius: float | Points, color: Color) -> None:
+    """Draw round spots (N, 2) [m] with one radius [m], or one each (N,), and a rim that is seen where they are small."""
+    tint = np.array(color[:3]) / 255.0
+    discs = points[:, None, :] + np.broadcast_to(radius, len(points))[:, None, None] * _DISC
+    edge = EDGE if is_light(palette.css(color)) else tint
+    axes.add_collection(
+        PolyCollection([*discs], facecolors=[(*tint, 0.75)], edgecolors=edge, linewidths=_RIM, zorder=3)
+    )
 
 
 def draw_outline(axes: Axes, points: Points, spacing: float, style: str, color: str = "#5b3413") -> None:

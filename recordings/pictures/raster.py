@@ -78,8 +78,8 @@ class Canvas:
         self.image = np.ones((height, width, 3)) * shade * np.array([0.97, 0.99, 1.0])
         self.depth = np.full(height * width, np.inf)
 
-    def spheres(self, points: Floats, radius: float, color: Color) -> None:
-        """Draw opaque shaded balls at points (N, 3) [m] with one radius [m] and colour."""
+    def spheres(self, points: Floats, radius: float | Floats, color: Color) -> None:
+        """Draw opaque shaded balls at points (N, 3) [m] with one radius [m], or one each (N,), and one colour."""
         nearest = self.depth.copy()
         for pixel, depth, _ in self._splats(points, radius):
             np.minimum.at(nearest, pixel, depth)
@@ -165,11 +165,12 @@ class Canvas:
         _, depth = self.projection(np.median(points, axis=0)[None])
         return float(max(1.0, length * self.projection.focal / depth[0]))
 
-    def _splats(self, points: Floats, radius: float) -> Iterator[tuple[npt.NDArray[np.int64], Floats, Floats]]:
+    def _splats(self, points: Floats, radius: float | Floats) -> Iterator[tuple[npt.NDArray[np.int64], Floats, Floats]]:
         """Yield pixel numbers, depths and bulges (1 in the middle of a ball, 0 at its rim), for one offset in the balls at a time."""
         if len(points) == 0:
             return
         pixels, depth = self.projection(points)
+        radius = np.broadcast_to(radius, len(points))
         size = np.maximum(radius * self.projection.focal / depth, 0.75)
         reach = int(np.ceil(np.percentile(size, 99.0)))
         corner = np.floor(pixels).astype(np.int64)
@@ -181,7 +182,7 @@ class Canvas:
                 inside &= (at[:, 0] < self.width) & (at[:, 1] < self.height)
                 bulge = np.sqrt(1.0 - away[inside])
                 number = at[inside, 1] * self.width + at[inside, 0]
-                yield number, depth[inside] - radius * bulge, bulge
+                yield number, depth[inside] - radius[inside] * bulge, bulge
 
     def _triangle(self, pixels: Floats, depth: Floats, color: Floats) -> None:
         """Fill one triangle where it is in front; the reciprocal of depth is linear over the picture."""

@@ -88,7 +88,8 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
             color = palette.phase_color(phase, index)
             canvas.spheres(moment.positions[phase.name], _OIL_RADIUS * run.particle_spacing, color)
     for cause, positions in moment.lost.items():
-        canvas.spheres(positions, _LOST_RADIUS * run.particle_spacing, palette.cause_color(cause))
+        radius = moment.radius.get(cause, _LOST_RADIUS * run.particle_spacing)
+        canvas.spheres(positions, radius, palette.cause_color(cause))
     hides_water = moment.sea is not None and not moment.sea.surface.is_clear
     if moment.sea is not None and hides_water:
         canvas.sea(moment.sea.surface, moment.sea.image, palette.SEA)

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from recordings.files.writing import RecordingError
-from recordings.model import entity_paths
+from recordings.model import entity_paths, palette
 from recordings.model.equipment import Equipment
-from recordings.model.frame import BodyFrame
+from recordings.model.frame import BodyFrame, PhaseFrame
 from recordings.model.surface import SurfaceFrame
 from recordings.replay.recording import Replay, Series
 from recordings.replay.series import BodySeries, read_rows
@@ -86,7 +86,8 @@ Positions = npt.NDArray[np.float32]
 class Moment:
     """Positions of everything at one instant: time [s], particles (N, 3) [m] by phase, bodies by name.
 
-    lost: the particles (N, 3) [m] among them that booms had lost, by cause; sea: its surface in a run without particles, None in another.
+    lost: the particles (N, 3) [m] among them that booms had lost, by cause; radius (N,) [m] of the spots of parcels, which tell their
+    volume, by phase and cause; sea: its surface in a run without particles, None in another.
     equipment: skimmers, and lines that pull, each with a line (N, 3) [m] that shows it.
     """
 
@@ -94,6 +95,7 @@ class Moment:
     positions: Mapping[str, Positions]
     bodies: Mapping[str, BodyFrame]
     lost: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
+    radius: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
     sea: DrawnSea | None = None
     equipment: Sequence[tuple[Equipment, npt.NDArray[np.float64]]] = ()
 
@@ -122,12 +124,17 @@ def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Mom
     indices = [index for index, _ in steps]
     particles: dict[int, dict[str, Positions]] = {index: {} for index in indices}
     lost: dict[int, dict[str, Positions]] = {index: {} for index in indices}
+    radii: dict[int, dict[str, Positions]] = {index: {} for index in indices}
     for phase in replay.run.phases:
-        for index, position in _as_last_seen(replay, entity_paths.phase(phase.name), indices).items():
-            particles[index][phase.name] = position
+        for index, frame in _as_last_seen(replay, entity_paths.phase(phase.name), indices).items():
+            particles[index][phase.name] = frame.position
+            if frame.volume is not None:
+                radii[index][phase.name] = palette.spot_radius(frame.volume)
     for cause in replay.lost_causes:
-        for index, position in _as_last_seen(replay, entity_paths.lost(cause), indices).items():
-            lost[index][cause] = position
+        for index, frame in _as_last_seen(replay, entity_paths.lost(cause), indices).items():
+            lost[index][cause] = frame.position
+            if frame.volume is not None:
+                radii[index][cause] = palette.spot_radius(frame.volume)
     seas = seas_at(replay, indices)
     return [
         Moment(
@@ -135,6 +142,7 @@ def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Mom
             positions=particles[index],
             bodies=bodies_at(replay, index),
             lost=lost[index],
+            radius=radii[index],
             sea=seas.get(index),
             equipment=equipment_at(replay, index, time),
         )
@@ -161,12 +169,12 @@ def equipment_at(replay: Replay, index: int, time: float) -> list[tuple[Equipmen
     return found
 
 
-def _as_last_seen(replay: Replay, path: str, indices: Sequence[int]) -> dict[int, Positions]:
+def _as_last_seen(replay: Replay, path: str, indices: Sequence[int]) -> dict[int, PhaseFrame]:
     """Read the particles at some steps, or at the last recorded step before."""
     known = replay.particle_times(path).index.tolist()
     place = {index: bisect_right(known, index) - 1 for index in indices}
     source = {index: known[at] for index, at in place.items() if at >= 0}
-    found = {at: frame.position for at, _, frame in replay.particles(path, set(source.values()))}
+    found = {at: frame for at, _, frame in replay.particles(path, set(source.values()))}
     return {index: found[at] for index, at in source.items()}
 
 

@@ -27,7 +27,7 @@ import rerun as rr
 
 from recordings.files.messages import SUMS, checksums
 from recordings.files.writing import RecordingError
-from recordings.model import appearance, entity_paths
+from recordings.model import appearance, entity_paths, palette
 from recordings.model.appearance import legend
 from recordings.model.exercise import to_json, windows_to_json
 from recordings.model.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
@@ -200,9 +200,15 @@ class RerunWriter:
         for cause in dict.fromkeys([*self._causes, *_names(found for _, found in lost)]):
             if cause not in self._causes:
                 self._causes.append(cause)
-                self._static(entity_paths.lost(cause), appearance.lost(cause, self._spacing))
+                are_parcels = any(found[cause].volume is not None for _, found in lost if cause in found)
+                look = appearance.lost(cause, self._spacing, are_parcels=are_parcels)
+                self._static(entity_paths.lost(cause), look)
             frames = [found.get(cause, NO_PARTICLES) for _, found in lost]
             self._write_particles(entity_paths.lost(cause), [sample for sample, _ in lost], frames)
+            for (sample, _), frame in zip(lost, frames, strict=True):
+                if frame.volume is not None:
+                    radii = rr.Points3D.columns(radii=palette.spot_radius(frame.volume))
+                    self._columns(entity_paths.lost(cause), [sample], radii.partition([len(frame.volume)]))
 
     def _static(self, path: str, *components: rr.AsComponents) -> None:
         self._stream.log(path, *components, static=True, strict=True)

@@ -122,6 +122,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
             {"from": start, "words": words, "color": palette.css(color), "opacity": opacity}
             for start, words, color, opacity in palette.FILM
         ],
+        "spot_thickness": palette.SPOT_THICKNESS,
         "speeds": {"limit": PRACTICE_SPEED, "steps": NORMAL_SPEEDS},
         "tows": scenario.tow is not None and any(not (one.legs or one.waypoints) for one in scenario.vessels.values()),
         "modelled": not scenario.tanks,

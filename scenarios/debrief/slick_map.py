@@ -23,6 +23,7 @@ from recordings.pictures.chart import (
     draw_land,
     draw_map,
     draw_outline,
+    draw_spots,
     draw_tracks,
     draw_windows,
     spread_names,
@@ -54,7 +55,7 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     draw_equipment(axes, moments[-1].moment)
     draw_land(axes, replay.run, moments[-1].moment)
     marks += [
-        *_draw_lost(axes, moments[-1].moment),
+        *_draw_lost(axes, moments[-1].moment, replay.run.particle_spacing),
         *draw_windows(axes, replay, moments[-1].time),
         Line2D([], [], color="#5c6b76", linestyle=(0, (4, 2)), label="tracks"),
     ]
@@ -95,16 +96,18 @@ def _draw_vessels(axes: Axes, replay: Replay, first: Moment, last: Moment) -> No
     draw_tracks(axes, replay, _ACROSS)
 
 
-def _draw_lost(axes: Axes, last: Moment) -> list[Line2D]:
-    """Draw lost oil by its cause; return the marks for the legend."""
+def _draw_lost(axes: Axes, last: Moment, spacing: float) -> list[Line2D]:
+    """Draw lost oil by its cause, particles of `spacing` [m] or parcels; return the marks for the legend."""
     marks = []
     for cause, positions in last.lost.items():
         if len(positions):
-            x, y = positions[:, 0], positions[:, 1]
-            label, tint = f"oil {cause_in_words(cause)}", palette.css(palette.cause_color(cause))
-            (line,) = axes.plot(x, y, "o", markersize=4.0, color=tint, label=label, zorder=8)
-            line.set(markeredgecolor="#444444", markeredgewidth=0.4)
-            marks.append(line)
+            color, label = palette.cause_color(cause), f"oil {cause_in_words(cause)}"
+            draw_spots(axes, positions[:, :2], last.radius.get(cause, 0.5 * spacing), color)
+            mark = Line2D([], [], marker="o", markersize=4.0, linestyle="", color=palette.css(color), label=label)
+            mark.set(markeredgecolor="#444444", markeredgewidth=0.4)
+            marks.append(mark)
+    if marks and last.radius:
+        marks.append(Line2D([], [], linestyle="", label=palette.spot_in_words()))
     return marks
 
 

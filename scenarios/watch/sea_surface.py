@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
 
 from oilsim.sea import Sea
 from recordings.model.surface import FilmFrame, SurfaceFrame
 from scenarios.watch.slick_oil import spots_of_slick
 
 if TYPE_CHECKING:
+    from oilsim.slick.barriers import Barriers
     from oilsim.slick.slick import Slick
 
 Array = NDArray[np.float64]
@@ -24,7 +24,8 @@ MARGIN = 0.15  # [1] of the exercise's extent, around it
 SNAP = 0.25  # [1] of its extent, by which the box moves at once, so that the grid seldom moves
 LEAST_EXTENT = 10.0  # [m]
 FAR_OIL = 2.0  # [1] percent of the parcels at each end that the box may leave out
-SOFT = 0.8  # [1] width of the smoothing in cells, which closes gaps between round spots and keeps the volume
+SOFT = 0.16  # [1] share of a difference between neighbouring cells that a pass of the smoothing exchanges, which closes gaps between spots
+PASSES = 2  # [1] of it: as a Gaussian of 0.8 cells
 FILM_CELLS = 96  # [1] across the box
 ROUND_OFF = 1e-12  # [m] that sums of thicknesses may leave where no oil is; a thousandth of a layer of molecules
 
@@ -41,7 +42,7 @@ class SeaSurface:
     def film(self, surface: SurfaceFrame, slick: Slick) -> FilmFrame:
         """Return the oil of a slick as a film over the surface's box."""
         spots = spots_of_slick(slick).astype(np.float64)
-        return FilmFrame(thickness=film_of(spots, surface.box), box=surface.box)
+        return FilmFrame(thickness=film_of(spots, surface.box, slick.barriers), box=surface.box)
 
 
 def box_around(places: Array) -> tuple[float, float, float, float]:
@@ -60,23 +61,62 @@ def grid_lines(low: float, high: float) -> Array:
     return np.concatenate([low - beyond[::-1], inner, high + beyond])
 
 
-def film_of(spots: Array, box: tuple[float, float, float, float]) -> NDArray[np.float32]:
+def film_of(
+    spots: Array, box: tuple[float, float, float, float], barriers: Barriers | None = None
+) -> NDArray[np.float32]:
     """Return the thickness (R, C) [m] of round spots (N, 5) in the cells of a box: x, y, radius, thickness [m], fate.
 
-    Each spot lays its thickness on the cells whose centres it covers; a spot smaller than a cell lays its volume on the nearest one. The
-    outermost cells stay clear, because the viewer continues them beyond the box.
+    Each spot lays its thickness on the cells whose centres it covers; a spot smaller than a cell lays its volume on the nearest one, and
+    none across a barrier. The outermost cells stay clear, because the viewer continues them beyond the box.
     """
     shape = np.array([FILM_CELLS, FILM_CELLS])
     low, cell = np.array(box[:2]), (np.array(box[2:]) - np.array(box[:2])) / shape
     center, radius = (spots[:, :2] - low) / cell - 0.5, spots[:, 2:3] / cell  # in cells
-    nearest = np.round(center).astype(np.int64)
-    film = np.zeros(FILM_CELLS**2)
     small = (radius < 0.75).all(axis=1)
-    _lay(film, nearest[small], (spots[:, 3] * np.pi * spots[:, 2] ** 2 / cell.prod())[small])
+    nearest = _nearest_cells(center[small], low, cell, barriers)
+    film = np.zeros(FILM_CELLS**2)
+    _lay(film, nearest, (spots[:, 3] * np.pi * spots[:, 2] ** 2 / cell.prod())[small])
     film = film.reshape(FILM_CELLS, FILM_CELLS) + _discs(center[~small], radius[~small], spots[~small, 3])
-    square = gaussian_filter(film, SOFT)
+    square = _smoothed(film, *_links(low, cell, barriers))
     square[[0, -1], :] = square[:, [0, -1]] = 0.0
     return square.astype(np.float32)
+
+
+def _nearest_cells(center: Array, low: Array, cell: Array, barriers: Barriers | None) -> NDArray[np.int64]:
+    """Return the cells (N, 2) whose centres are nearest to places (N, 2) [cells], if there is one across no barrier."""
+    corners = np.floor(center)[:, None, :] + np.array([(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)])
+    far = np.linalg.norm(corners - center[:, None, :], axis=2)
+    far += 10.0 * _parted(np.broadcast_to(center[:, None, :], corners.shape), corners, low, cell, barriers)
+    chosen = np.take_along_axis(corners, far.argmin(axis=1)[:, None, None], axis=1)[:, 0]
+    return chosen.astype(np.int64)
+
+
+def _links(low: Array, cell: Array, barriers: Barriers | None) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which neighbouring cells, along x (R - 1, C) and along y (R, C - 1), no barrier parts."""
+    places = np.stack(np.meshgrid(*2 * [np.arange(float(FILM_CELLS))], indexing="ij"), axis=2)
+    along_x, along_y = (places[:-1], places[1:]), (places[:, :-1], places[:, 1:])
+    return ~_parted(*along_x, low, cell, barriers), ~_parted(*along_y, low, cell, barriers)
+
+
+def _parted(origin: Array, target: Array, low: Array, cell: Array, barriers: Barriers | None) -> NDArray[np.bool_]:
+    """Return whether a barrier lies between places (..., 2) [cells] and others."""
+    if barriers is None or not len(barriers.start):
+        return np.zeros(origin.shape[:-1], np.bool_)
+    from oilsim.slick.crossing import first_crossings, resting_sweep
+
+    begin, end = (low + (place.reshape(-1, 2) + 0.5) * cell for place in (origin, target))
+    met = first_crossings(begin, end, resting_sweep(barriers)).segment >= 0
+    return np.asarray(met).reshape(origin.shape[:-1])
+
+
+def _smoothed(film: Array, open_x: NDArray[np.bool_], open_y: NDArray[np.bool_]) -> Array:
+    """Return a film (R, C) [m] whose neighbouring cells have exchanged oil where nothing parts them; the volume stays."""
+    square = film.copy()
+    for _ in range(PASSES):
+        for axis, is_open in enumerate((open_x, open_y)):
+            flow = SOFT * is_open * np.diff(square, axis=axis)
+            square += np.diff(flow, axis=axis, prepend=0.0, append=0.0)
+    return square
 
 
 def _discs(center: Array, radius: Array, thickness: Array) -> Array:

@@ -112,18 +112,22 @@ def film_thickness(parcels: Parcels, rows: Rows) -> NDArray[np.float64]:
 def spots_of_slick(slick: Slick) -> Spots:
     """Return the parcels that are not recovered as spots (N, 5): x, y, radius, thickness [m], fate; area times thickness is the volume.
 
-    No spot is wider than oil of its volume would spread by itself (`final_thickness`). One beside a boom, a hull or a shore ends there,
-    and is so much thicker.
+    No spot is wider than oil of its volume would spread by itself (`final_thickness`). One beside a boom, a hull or a shore ends there:
+    it is so much thicker, up to `BANKED_UP`, and then lies so much farther off.
     """
-    from oilsim.slick.crossing import distance_to_barriers
+    from oilsim.slick.crossing import nearest_on_barriers
 
     parcels = slick.parcels
     shown = np.flatnonzero(parcels.there())
     volume, place = parcels.volume[shown], parcels.position[shown]
     thickness = film_thickness(parcels, shown)
     radius = np.sqrt(volume / (np.pi * thickness))
-    room = np.maximum(distance_to_barriers(place, slick.barriers), np.sqrt(volume / (np.pi * BANKED_UP)))
+    off = place - nearest_on_barriers(place, slick.barriers)
+    distance = np.linalg.norm(off, axis=1)
+    room = np.maximum(distance, np.sqrt(volume / (np.pi * BANKED_UP)))
     ends = room < radius
     radius[ends] = room[ends]
     thickness[ends] = volume[ends] / (np.pi * room[ends] ** 2)
+    across = (distance < radius) & (distance > 0.0)
+    place[across] += off[across] * (radius[across] / distance[across] - 1.0)[:, None]
     return np.column_stack([place, radius, thickness, parcels.fate_codes()[shown]]).astype(np.float32)

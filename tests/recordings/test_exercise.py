@@ -14,6 +14,7 @@ from recordings.model.exercise import BoomDescription, ExerciseDescription, Site
 from recordings.model.frame import BodyFrame, Frame, PhaseFrame
 from recordings.replay.moments import read_moments
 from recordings.replay.recording import Replay
+from recordings.replay.series import read_rows
 from recordings.sink.blueprint import following_views
 from recordings.sink.recorder import Recorder
 
@@ -90,6 +91,31 @@ def test_a_moment_shows_only_oil_that_is_lost_then(recording: Path) -> None:
     moments = read_moments(Replay(recording), [(0, 0.0), (2, 0.2), (4, 0.4)])
     counts = [{cause: len(found) for cause, found in moment.lost.items() if len(found)} for moment in moments]
     assert counts == [{}, {"drainage": 1, "planing": 1}, {}]
+
+
+def test_lost_parcels_are_spots_of_their_volumes_in_pictures_and_in_the_viewer(
+    made_up: ModuleType, tmp_path: Path
+) -> None:
+    """Ten parcels of 1 to 10 litres; each spot is as large as if its oil were 10 mm thick, however wide its film is."""
+    path, volume = tmp_path / "parcels.rrd", 1e-3 * np.arange(1.0, 11.0, dtype=np.float32)
+    with Recorder(path, frame_rate=10.0) as recorder:
+        recorder.initialized(replace(made_up.describe(), exercise=EXERCISE, fates=FATES))
+        for index in range(5):
+            oil = _frame(index).phases["oil"]
+            parcels = PhaseFrame(oil.position, oil.id, volume, np.full(10, 30.0, np.float32), oil.fate)
+            recorder.step_completed(Frame(index=index, time=0.1 * index, read_phases=lambda one=parcels: {"oil": one}))
+    replay = Replay(path)
+    (moment,) = read_moments(replay, [(2, 0.2)])
+    for cause, lost in LOST[2].items():
+        area = np.pi * moment.radius[cause] ** 2
+        np.testing.assert_allclose(palette.SPOT_THICKNESS * area, volume[lost], rtol=1e-5)
+        rows = [
+            rows
+            for _, chunk in replay.chunks(f"/{entity_paths.lost(cause)}")
+            if (rows := read_rows(chunk, "Points3D:radii"))
+        ]
+        radii = {int(index): row for part in rows for index, row in zip(part.index, part.split(), strict=True)}
+        np.testing.assert_allclose(radii[2], moment.radius[cause])
 
 
 def test_tension_comes_back_for_booms_and_is_unknown_elsewhere(recording: Path) -> None:

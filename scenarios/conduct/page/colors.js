@@ -29,5 +29,6 @@ export function showLegend(place, scene, boomBy) {
   const full = scene.booms[0]?.full_tension, parts = [0, 0.25, 0.5, 0.75, 1];
   const byNormal = NORMAL_CLASSES.map((one) => [one.color, one.words]), byTension = parts.map((part) => [tensionColor(part * full, full), force(part * full).split(" (")[0]]);
   const booms = scene.booms.length ? strip(boomBy === "normal" ? "Water against the boom" : "Tension of the boom", boomBy === "normal" ? byNormal : byTension) : "";
-  place.innerHTML = booms + strip("Oil, red rim: lost", scene.films.map((one) => [one.color, one.words]));
+  const lost = ["#de2020", `lost: 1 m² for ${1000 * scene.spot_thickness} litres`];
+  place.innerHTML = booms + strip("Oil, no spot below 2 px", [...scene.films.map((one) => [one.color, one.words]), lost]);
 }

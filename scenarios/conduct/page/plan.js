@@ -4,7 +4,7 @@ import { filmClass, normalColor, tensionColor } from "./colors.js";
 import { drawEquipment } from "./equipment.js";
 import { drawFurniture } from "./furniture.js";
 
-const CLOSED = 1.12; // spots are drawn wider, so that circles side by side look like one film
+const LEAST = 1; // px, radius of the smallest spot of oil: the legend says so
 const LEAST_VESSEL = 16; // px, so that a vessel is seen from far
 
 export class PlanView {
@@ -152,17 +152,20 @@ export class PlanView {
   drawOil(pen) {
     const spots = this.spots ?? new Float32Array(0), films = this.scene.films, groups = films.map(() => new Path2D()), lost = new Path2D(), ashore = new Path2D(), fates = this.scene.fates;
     for (let k = 0; k < spots.length; k += 5) {
-      const [left, top] = this.at(spots[k], spots[k + 1]), size = Math.max(CLOSED * spots[k + 2] * this.scale, 1.1);
+      const [left, top] = this.at(spots[k], spots[k + 1]), size = Math.max(spots[k + 2] * this.scale, LEAST);
       if (left < -size || top < -size || left > this.width + size || top > this.height + size) continue;
       const path = fates[spots[k + 4]] === "stranded" ? ashore : groups[filmClass(films, spots[k + 3])];
       if (size < 2.5) path.rect(left - size, top - size, 2 * size, 2 * size);
       else { path.moveTo(left + size, top); path.arc(left, top, size, 0, 7); }
-      if (fates[spots[k + 4]].startsWith("lost_")) { lost.moveTo(left + size, top); lost.arc(left, top, Math.max(size, 2), 0, 7); }
+      if (fates[spots[k + 4]].startsWith("lost_")) { // its film, and on it a spot of its volume
+        const mark = Math.max(spots[k + 2] * Math.sqrt(spots[k + 3] / this.scene.spot_thickness) * this.scale, LEAST);
+        lost.moveTo(left + mark, top); lost.arc(left, top, mark, 0, 7);
+      }
     }
     groups.forEach((path, index) => { pen.fillStyle = films[index].color; pen.globalAlpha = films[index].opacity; pen.fill(path); });
     pen.globalAlpha = 1;
     pen.fillStyle = "#5a1d6b"; pen.fill(ashore);
-    pen.strokeStyle = "rgba(168,35,28,.75)"; pen.lineWidth = 1; pen.stroke(lost);
+    pen.fillStyle = "#de2020"; pen.fill(lost);
   }
 
   drawTracks(pen) {

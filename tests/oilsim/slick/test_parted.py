@@ -7,7 +7,7 @@ import pytest
 
 from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Barriers, Boom
-from oilsim.slick.crossing import distance_to_barriers
+from oilsim.slick.crossing import nearest_on_barriers
 from oilsim.slick.slick import Slick
 from oilsim.slick.surface_flow import UniformFlow
 
@@ -94,7 +94,7 @@ def test_a_segment_of_no_length_is_not_in_the_water(make_slick):
     assert slick.barriers.preceding[5] == -1
     assert set(slick.parcels.place.tolist()) <= set(range(5, 10)) | {-1}
     assert slick.oil.contained + slick.oil.all_lost == pytest.approx(held)
-    assert distance_to_barriers(LINE[:1], slick.barriers)[0] == pytest.approx(20.0)
+    assert np.linalg.norm(nearest_on_barriers(LINE[:1], slick.barriers)[0] - LINE[0]) == pytest.approx(20.0)
 
 
 def test_a_parted_boom_goes_on_the_same_from_a_saved_state(make_slick):

@@ -167,6 +167,38 @@ def _color_of_a_vessel_moved_to(page: sync_api.Page, corner: list[int]) -> list[
     )
 
 
+def test_oil_on_the_plan_has_the_area_of_its_volume(served: Console) -> None:
+    """100 litres that were lost, 1 mm thick: a film of 100 m2, and on it a red spot of 10 m2; the legend says what it means."""
+    with sync_api.sync_playwright() as player:
+        page = opened(browser(player), served, "observer", checked=True)
+        sync_api.expect(page.locator("#legend")).to_contain_text("no spot below 2 px")
+        sync_api.expect(page.locator("#legend")).to_contain_text("lost: 1 m² for 10 litres")
+        film, spot = page.evaluate(
+            """async () => {
+                const { plan, scene, state } = conduct, fate = scene.fates.findIndex((one) => one.startsWith("lost_"));
+                plan.setFollow(false);
+                plan.scale = 15;
+                const [x, y] = plan.placeAt(0.5 * plan.width * plan.unit, 0.5 * plan.height * plan.unit);
+                plan.spots = new Float32Array([x, y, Math.sqrt(0.1 / (Math.PI * 1e-3)), 1.0001e-3, fate]);
+                const booms = Object.fromEntries(scene.booms.map((one) => [one.name, { line: [], parted: [] }]));
+                plan.state = { ...state, vessels: {}, booms };
+                plan.tracks = {};
+                plan.scene = { ...scene, vessels: [] };
+                plan.draw();
+                const pixels = plan.context.getImageData(0, 0, plan.canvas.width, plan.canvas.height).data;
+                let red = 0, brown = 0;
+                for (let k = 0; k < pixels.length; k += 4) {
+                    if (pixels[k] > 180 && pixels[k + 1] < 80) red++;
+                    else if (pixels[k] > 1.2 * pixels[k + 2] && pixels[k] < 180) brown++;
+                }
+                const square = (plan.scale * plan.unit * devicePixelRatio) ** 2;
+                return [(red + brown) / square, red / square];
+            }"""
+        )
+        assert spot == pytest.approx(10.0, rel=0.05)
+        assert film == pytest.approx(100.0, rel=0.05)
+
+
 @pytest.mark.slow
 def test_the_boxes_show_what_is_ordered_until_somebody_types(served: Console) -> None:
     """An order that came elsewhere is in the box; what is typed stays until it is ordered."""

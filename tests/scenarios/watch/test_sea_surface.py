@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from oilsim.sea import RegularWaves, Sea, SeaDescription
+from oilsim.slick.barriers import Boom, Outline
+from oilsim.slick.oil import Oil
+from oilsim.slick.slick import Slick, SlickSettings
 from scenarios.watch.sea_surface import (
     FILM_CELLS,
     INNER_LINES,
@@ -17,6 +20,9 @@ from scenarios.watch.sea_surface import (
 )
 
 BOX = (-60.0, -20.0, 100.0, 60.0)
+CRUDE = Oil(density=875.0, dynamic_viscosity=0.02, interfacial_tension=0.02)
+BENT = ([-200.0, 10.0, 200.0], [0.0, 7.0, 3.0])  # m: y and x of a boom
+HULL = np.array([47.5, 6.0])  # m: its middle
 
 
 def test_the_grid_is_even_in_the_box_and_reaches_far_beyond():
@@ -47,6 +53,31 @@ def test_a_film_has_the_volume_of_its_spots(radius: float):
     volume = (np.pi * spots[:, 2] ** 2 * spots[:, 3]).sum()
     # a disc's cells are counted by their centres, to about a part in the square root of 400 discs of some cells each
     assert film_of(spots, BOX).sum() * cell == pytest.approx(volume, rel=0.05 if radius > 0.9 else 0.12)
+
+
+def test_a_film_ends_at_a_boom_and_at_a_hull_and_keeps_its_volume():
+    """Spots smaller and larger than a cell of 1.7 by 0.8 m before a slanting boom and around a hull: no oil behind it or inside."""
+    boom = Boom(name="main", nodes=np.array(BENT)[::-1].T, draft=0.5)
+    hull = Outline(name="hull", nodes=[[40.0, 0.0], [55.0, 0.0], [55.0, 12.0], [40.0, 12.0]], capacity=0.0)
+    slick = Slick(SlickSettings(loss_volume=0.01), [boom, hull])
+    slick.release(CRUDE, 8.0, count=400, center=(70.0, 40.0), radius=8.0)
+    places = np.random.default_rng(3).uniform((1.0, -20.0), (70.0, 60.0), (4000, 2))
+    ahead = places[:, 0] > np.interp(places[:, 1], *BENT)
+    places = places[ahead & (np.abs(places - HULL) > (7.5, 6.0)).any(axis=1)][:400]
+    places[:60, 0] = np.interp(places[:60, 1], *BENT) + 0.002  # at the boom, as those that it holds
+    slick.parcels.position[:] = places
+    surface = SeaSurface().frame(Sea(SeaDescription(depth=30.0)), 0.0, np.array([BOX[:2], BOX[2:]]))
+    for thickness in (0.05, 1e-3):
+        slick.parcels.thickness[:] = thickness
+        film = SeaSurface().film(surface, slick)
+        low, high = np.array(film.box[:2]), np.array(film.box[2:])
+        cell = (high - low) / FILM_CELLS
+        x, y = (low[axis] + (np.arange(FILM_CELLS) + 0.5) * cell[axis] for axis in (0, 1))
+        behind = x[:, None] < np.interp(y, *BENT)[None, :]
+        within = (np.abs(x - HULL[0]) < 7.5)[:, None] & (np.abs(y - HULL[1]) < 6.0)[None, :]
+        assert not film.thickness[behind].any()
+        assert not film.thickness[within].any()
+        assert film.thickness.sum() * cell.prod() == pytest.approx(slick.parcels.volume.sum(), rel=0.05)
 
 
 def test_the_surface_is_the_sea_at_its_crossings():
