@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.boundaries.boundary_particles import BoundaryParticles
+from oilsim.boundaries.wall_curvature import WallCurvature
 from oilsim.neighborhood.neighbor_search import CellOrder, NeighborSearch, Pairs, Sorted
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
 Index = NDArray[np.uint32]
+Period = tuple[float, float, float] | None
 
 
 class WallParticles(NamedTuple):
@@ -65,17 +67,6 @@ def rotated(orientation: Double, turn: Double) -> Double:
     return result / np.linalg.norm(result, axis=1, keepdims=True)
 
 
-def chosen_blocks(matrix: Double, rows: list[int]) -> Double:
-    """Return the blocks of 6 by 6 in these rows and columns of a matrix (6 n, 6 n), in its unit; the matrix itself if it has no others.
-
-    `rows` counts blocks; the result has their order.
-    """
-    if rows == list(range(len(matrix) // 6)):
-        return matrix
-    axes = [6 * row + axis for row in rows for axis in range(6)]
-    return matrix[np.ix_(axes, axes)]
-
-
 def _of_particles(boundaries: Iterable[BoundaryParticles], value: Callable[[BoundaryParticles], ArrayLike]) -> Real:
     """Return the `value` of each particle, or of each boundary for all its particles, as (M,) in the order of `boundaries`."""
     values = [np.broadcast_to(value(each), each.volume.shape).astype(np.float32) for each in boundaries]
@@ -105,8 +96,9 @@ class MovingBody:
 class Walls:
     """Stores every wall particle: those at rest first, in cell order, then those of moving bodies, body by body."""
 
-    def __init__(self, search: NeighborSearch, lower: ArrayLike, period: tuple[float, float, float] | None) -> None:
+    def __init__(self, search: NeighborSearch, lower: ArrayLike, period: Period, curvature: WallCurvature) -> None:
         self._search, self._lower, self._period = search, np.asarray(lower, np.float32), period
+        self.curvature = curvature
         self.boundaries: dict[int, BoundaryParticles] = {}
         self.moving: dict[int, MovingBody] = {}
         self._reach: dict[int, float] = {}  # [m] of a boundary's furthest point from its own origin
@@ -133,6 +125,7 @@ class Walls:
             raise ValueError(f"boundary {handle} exists already, allowed: a handle that none has")
         self._next = max(self._next, handle + 1)
         self.boundaries[handle] = boundary
+        self.curvature.add(handle, boundary)
         self._reach[handle] = float(np.linalg.norm(boundary.position, axis=1).max(initial=0.0))
         self._stale = True
         return handle
@@ -141,6 +134,7 @@ class Walls:
         """Remove a boundary; ValueError for a handle that does not exist."""
         self._require(handle)
         del self.boundaries[handle], self._reach[handle]
+        self.curvature.remove(handle)
         self.moving.pop(handle, None)
         self._tied = None
         self._stale = True
@@ -242,6 +236,7 @@ class Walls:
         bodies, owner = self.moving.values(), self.owner
         turn = rotation_matrix([body.orientation for body in bodies])
         arm = np.einsum("mij,jm->im", turn[owner], self._local)
+        self.curvature.turn(turn[owner])
         self.arm[:] = arm
         if self.normal is not None:
             self.normal[:] = np.einsum("mij,jm->im", turn[owner], self._local_normal)
@@ -335,7 +330,10 @@ class Walls:
     def tie(self, handles: Sequence[int], inverse_mass: Double) -> None:
         """Let the moving bodies respond together, by `inverse_mass` (6 n, 6 n) [1/kg, 1/(kg m2)] in the order of `handles`."""
         place = {handle: n for n, handle in enumerate(handles)}
-        self._tied = chosen_blocks(inverse_mass, [place[handle] for handle in self.moving])
+        rows = [place[handle] for handle in self.moving]
+        axes = [6 * row + axis for row in rows for axis in range(6)]
+        whole = rows == list(range(len(inverse_mass) // 6))
+        self._tied = inverse_mass if whole else inverse_mass[np.ix_(axes, axes)]
 
     @property
     def tied(self) -> Double | None:
@@ -381,6 +379,7 @@ class Walls:
         self.owner = np.repeat(np.arange(len(sizes), dtype=np.uint16), sizes)
         self.arm = np.zeros((3, sum(sizes)), np.float32)
         self._arrange_normals()
+        self.curvature.arrange(resting, list(self.moving), order)
         self._stale = False
 
     def _arrange_normals(self) -> None:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, load, store
+from oilsim.boundaries.wall_curvature import add_wall_curvature
 from oilsim.core.config import swing_head
 from oilsim.core.state import Confinement, FluidState
 from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackScales, add_density_feedback
@@ -127,6 +128,13 @@ def project_velocity(
         add_density_feedback, state.awake, sums.compression, sums.gradient_sum, sums.surface, sums.flow, state.pressure_impulse,
         constants.surface_table, scales, excess,
     )  # fmt: skip
+    walls = context.walls
+    if walls.curvature.rows is not None:
+        centres = np.ascontiguousarray(walls.twists()[:, :3].T, np.float32)
+        context.team.run(
+            add_wall_curvature, state.awake, neighbors.neighborhood, pairs.wall_gradient, walls.curvature.rows, (walls.owner, centres),
+            state.velocity, (np.float32(time_step), constants.wall_weight), excess,
+        )  # fmt: skip
     tolerance = config.divergence_tolerance * (FILLED if filled else 1.0)
     level = constants.least_pressure * time_step / constants.reference_density if filled else None
     pressures = Pressures(state.pressure_impulse[: state.listed], -excess, pairs.sums.diagonal)

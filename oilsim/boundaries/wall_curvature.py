@@ -1,0 +1,318 @@
+"""Curved walls, which liquid that flies straight comes nearer to than its velocity tells.
+
+In a step a particle at the velocity u against a wall of shape S flies straight, and the wall comes in on it by dt^2 u . S u / 2. The wall
+points b therefore seem to move along their normals n_b, which adds to the rate of compression
+
+    C_i += -w dt / 2 sum_b (G_ib . n_b) u . S_b u / (1 - h_b u . S_b u / |u|^2),    h_b = (x_i - x_b) . n_b,
+
+with the pair vectors G_ib [1/m] and the walls' weight w of `pressure.pressure_gradient`. S_b [1/m] is the shape operator, z = t . S t / 2
+the height of the wall along n_b at the tangential place t: 1/R across an axis, above 0 in a bucket and below 0 round a pile, 0 along it;
+its product with n_b does not ask to which side n_b points. The divisor takes the curvature from the wall point to the particle. Moving
+bodies count with the velocity of their centre: a wheel that turns in its own shape does not come in.
+
+Without it relaxation pushes liquid in a round bucket back by omega^2 r dt^2 / 2 a step, and liquid that is put elsewhere takes the flow's
+velocity there: the bucket takes 0.87 omega^2 dt of its angular momentum a second, whatever the spacing.
+
+The shape is found once for each boundary: a plane through the points of the wall's face within NEAR gives the normal, and the quadric
+through those within FIT, whose normals agree, gives S. Where points lie farther off it than ROUGH, as at edges, and where the wall is flat,
+S is 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from oilsim.backend.jit import FAST, HALF, ONE, ZERO, inlined
+from oilsim.boundaries.boundary_particles import BoundaryParticles
+from oilsim.neighborhood.neighbor_search import nearest_images
+
+Real = NDArray[np.float32]
+Double = NDArray[np.float64]
+Ranges = tuple[NDArray[np.int64], NDArray[np.int64]]
+
+# [d] from a point of a wall, within which its face's points make a plane; numerical; the nearest ones on all sides
+NEAR = 1.75
+# [d] within which they make a quadric; numerical; the kernel's reach
+FIT = 2.75
+# [1] cosine between normals of one face; numerical; sides that meet at right angles have 0, a wall of radius 4 d has 0.8 across FIT
+ALIKE = 0.8
+# [d] root mean square of the points' distances from the quadric, from which a wall has no shape; numerical; 0.02 for a radius of 4 d
+ROUGH = 0.05
+# [1] standard deviations that a curvature must be from 0; numerical; sampled flat sides have fewer, but for one point in a hundred
+SURE = 5.0
+# [1/d] curvature below which a wall is flat; numerical; a radius of 1000 d
+FLAT = 1e-3
+# [1/d] curvature from which a bend counts as an edge; numerical; rows along a right angle and beside it lie on a quadric of 1.4
+EDGE = 0.3
+# [1] added to the diagonal of the fit, which vanishes for the axis that a plane has not; numerical; far below sums over points
+RIDGE = 1e-9
+# [1] least divisor; numerical; particles are never so far inside a bend that is resolved
+LEAST = np.float32(0.25)
+# [1] largest share of the volume that a step's curvature asks for; measured; for strain, in `density.density_feedback`
+LARGEST = np.float32(0.05)
+# [m2/s2] keeps a divisor from being 0; numerical; far below any square
+TINY = np.float32(1e-30)
+
+
+@njit(**FAST)
+def add_wall_curvature(begin, end, neighborhood, wall_gradient, curvature, owners, velocity, scales, rate):
+    """Add to rate (N,) [1/s] by how much curved walls come in (see above).
+
+    neighborhood                the `Neighborhood`
+    wall_gradient (3, Q)        G_ib [1/m]
+    curvature (M, 9)            n_b [1] and S_b [1/m] as xx, xy, xz, yy, yz, zz
+    owners                      owner (M - R,) of the last wall points, and velocity (3, bodies) of the bodies' centres [m/s]
+    velocity (3, N)             v_i [m/s]
+    scales                      time step [s] and w [1]
+    """
+    walls, points, others = neighborhood.walls, neighborhood.points, neighborhood.wall_points
+    owner, carried = owners
+    resting, time_step, weight = others.shape[0] - owner.size, scales[0], scales[1]
+    for i in range(begin, end):
+        inflow = ZERO
+        for k in range(walls.start[i], walls.start[i] + np.int64(walls.number[i])):
+            b = np.int64(walls.neighbor[k])
+            nx, ny, nz, xx, xy, xz, yy, yz, zz = curvature[b]
+            if xx == ZERO and yy == ZERO and zz == ZERO:
+                continue
+            ux, uy, uz = velocity[0, i], velocity[1, i], velocity[2, i]
+            if b >= resting:
+                body = owner[b - resting]
+                ux, uy, uz = ux - carried[0, body], uy - carried[1, body], uz - carried[2, body]
+            bend = xx * ux * ux + yy * uy * uy + zz * uz * uz
+            bend += (ONE + ONE) * (xy * ux * uy + xz * ux * uz + yz * uy * uz)
+            dx, dy, dz = points[i, 0] - others[b, 0], points[i, 1] - others[b, 1], points[i, 2] - others[b, 2]
+            if neighborhood.period is not None:
+                dx, dy, dz = nearest_images(dx, dy, dz, neighborhood.period)
+            height = nx * dx + ny * dy + nz * dz
+            square = ux * ux + uy * uy + uz * uz
+            across = wall_gradient[0, k] * nx + wall_gradient[1, k] * ny + wall_gradient[2, k] * nz
+            inflow -= across * bend / max(ONE - height * bend / max(square, TINY), LEAST)
+        most = LARGEST / time_step
+        rate[i] += max(min(HALF * weight * time_step * inflow, most), -most)
+
+
+class WallCurvature:
+    """The shapes of all boundaries, in the order in which `walls.Walls` has their points.
+
+    rows    (M, 9) normals [1] and shape operators [1/m] in the world, as `add_wall_curvature` takes them; None where every wall is flat
+    """
+
+    def __init__(self, spacing: float, dimension: int) -> None:
+        """Start without walls; spacing: d [m]."""
+        self._spacing, self._dimension = spacing, dimension
+        self._shapes: dict[int, Double] = {}
+        self._local: Double = np.empty((0, 9))  # of moving bodies, in their own frames
+        self.rows: Real | None = None
+
+    def add(self, handle: int, boundary: BoundaryParticles) -> None:
+        """Find the shape of a boundary."""
+        self._shapes[handle] = surface_shape(boundary, self._spacing, self._dimension)
+
+    def remove(self, handle: int) -> None:
+        """Forget the shape of a boundary."""
+        del self._shapes[handle]
+
+    def arrange(self, resting: list[int], moving: list[int], order: NDArray[np.uint32]) -> None:
+        """Lay out the shapes of the boundaries at rest, whose points lie in `order`, and of those that move."""
+        still, self._local = (
+            np.concatenate([np.empty((0, 9)), *(self._shapes[h] for h in group)]) for group in (resting, moving)
+        )
+        rows = np.concatenate([still[order], self._local])
+        self.rows = rows.astype(np.float32) if rows[:, 3:].any() else None
+
+    def turn(self, turn: Double) -> None:
+        """Turn the shapes of moving bodies by the matrices `turn` (K, 3, 3) [1] of their points."""
+        if self.rows is not None and self._local[:, 3:].any():
+            matrix = _matrices(self._local[:, 3:])
+            moving = self.rows[len(self.rows) - len(turn) :]
+            moving[:, :3] = np.einsum("kij,kj->ki", turn, self._local[:, :3])
+            moving[:, 3:] = _six(turn @ matrix @ turn.transpose(0, 2, 1))
+
+
+def surface_shape(boundary: BoundaryParticles, spacing: float, dimension: int) -> Double:
+    """Return normals [1] and shape operators [1/m] of the points of a boundary, (M, 9), in its frame; 0 where it has no smooth face.
+
+    Points with an area make up the face; others have the shape of the face point that is nearest to them. spacing: d [m].
+    """
+    shapes, face = np.zeros((len(boundary.position), 9)), boundary.area > 0.0
+    points = boundary.position[face] / spacing
+    if len(points) == 0:
+        return shapes
+    order, ranges = cell_ranges(points, points, FIT)
+    points, (first, last) = points[order], (each[order] for each in ranges)
+    moments = np.zeros((len(points), 3, 3))
+    plane_moments(points, first, last, NEAR, moments)
+    if dimension == 2:
+        moments[:, 1, 1] = FIT**2 * len(points)  # the axis that is absent comes last
+    size, axes = np.linalg.eigh(moments)
+    normal = np.where((size[:, 1] > size[:, 0])[:, None], axes[:, :, 0], 0.0)
+    frame = np.ascontiguousarray(axes.transpose(0, 2, 1))
+    sums = np.zeros((len(points), 6, 8))
+    quadric_sums(points, first, last, frame, (FIT, ALIKE), sums)
+    operator, alike = _shape_operators(sums, frame, 6 if dimension == 3 else 3), np.zeros(len(points))
+    marked_share(points, first, last, FIT, operator.any(axis=1), alike)
+    operator[alike < 0.5] = 0.0  # a sampled flat side has curved points near its edges, but one by one
+    found = np.empty((len(points), 9))
+    found[order] = np.concatenate([normal, operator / spacing], axis=1)
+    if not found[:, 3:].any():
+        return shapes
+    shapes[face] = found
+    shapes[~face] = _of_nearest(boundary.position[~face] / spacing, points, found[order], spacing)
+    return shapes
+
+
+def _shape_operators(sums: Double, frame: Double, unknowns: int) -> Double:
+    """Return the shape operators (K, 6) [1/d] of the quadrics that fit the sums (K, 6, 8) of `quadric_sums`; 0 where none fits.
+
+    unknowns: number of the coefficients that are not 0.
+    """
+    count, inverse = sums[:, 0, 0], np.linalg.inv(sums[:, :, :6] + RIDGE * np.eye(6))
+    solved = (inverse @ sums[:, :, 6:7])[:, :, 0]
+    squares = np.maximum(sums[:, 0, 7] - (solved * sums[:, :, 6]).sum(axis=1), 0.0)
+    rough = np.sqrt(squares / count)
+    sure = np.abs(solved[:, [3, 5]] / np.sqrt(inverse[:, [3, 5], [3, 5]])).max(axis=1) > SURE * rough
+    bend = np.zeros((len(sums), 3, 3))
+    bend[:, 1, 1], bend[:, 1, 2], bend[:, 2, 1], bend[:, 2, 2] = solved[:, 3], solved[:, 4], solved[:, 4], solved[:, 5]
+    bend /= FIT
+    most = np.abs(bend).max(axis=(1, 2))
+    curved = (count > unknowns) & sure & (FIT * rough < ROUGH) & (most > FLAT) & (most < EDGE)
+    return np.where(curved[:, None], _six(frame.transpose(0, 2, 1) @ bend @ frame), 0.0)
+
+
+def _of_nearest(places: Double, face: Double, shapes: Double, spacing: float) -> Double:
+    """Return the shapes (K, 9) at places (K, 3) [d], each of the nearest of the `face` points (F, 3) [d], bent as deep as the place is."""
+    nearest = np.full(len(places), -1)
+    order, ranges = cell_ranges(places, face, FIT)
+    nearest_points(places, face[order], *ranges, nearest)
+    found = shapes[order][nearest]
+    found[nearest < 0] = 0.0
+    depth = spacing * ((places - face[order][nearest]) * found[:, :3]).sum(axis=1)
+    matrix = _matrices(found[:, 3:])
+    found[:, 3:] += _six(depth[:, None, None] * matrix @ matrix)
+    return found
+
+
+def _matrices(six: Double) -> Double:
+    """Return symmetric matrices (K, 3, 3) of their entries (K, 6): xx, xy, xz, yy, yz, zz."""
+    return six[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+
+
+def _six(matrix: Double) -> Double:
+    """Return the entries (K, 6) of symmetric matrices (K, 3, 3): xx, xy, xz, yy, yz, zz."""
+    return matrix.reshape(-1, 9)[:, [0, 1, 2, 4, 5, 8]]
+
+
+def cell_ranges(places: Double, points: Double, width: float) -> tuple[NDArray[np.int64], Ranges]:
+    """Return an order of `points` (K, 3), and for each of `places` (Q, 3) nine ranges in it, (Q, 9) each: first, and one after the last.
+
+    They hold all points within `width`, in their unit.
+    """
+    low = np.minimum(points.min(axis=0), places.min(axis=0, initial=np.inf))
+    cells = np.floor((points - low) / width).astype(np.int64) + 1
+    counts = cells.max(axis=0) + 2
+    own = np.clip(np.floor((places - low) / width).astype(np.int64) + 1, 0, counts)
+
+    def key(cell: NDArray[np.int64]) -> NDArray[np.int64]:
+        return (cell[..., 0] * (counts[1] + 3) + cell[..., 1]) * (counts[2] + 3) + cell[..., 2]
+
+    keys = key(cells)
+    order = np.argsort(keys, kind="stable")
+    columns = np.array([(a, b, 0) for a in (-1, 0, 1) for b in (-1, 0, 1)])
+    middle = key(own[:, None, :] + columns)
+    return order, (
+        np.searchsorted(keys[order], middle - 1, side="left"),
+        np.searchsorted(keys[order], middle + 1, side="right"),
+    )
+
+
+@inlined
+def separation(points, j, places, i):
+    """Return x_j - x_i (3) and its square, of points (K, 3) and places (Q, 3), in their unit."""
+    dx, dy, dz = points[j, 0] - places[i, 0], points[j, 1] - places[i, 1], points[j, 2] - places[i, 2]
+    return (dx, dy, dz), dx * dx + dy * dy + dz * dz
+
+
+@inlined
+def along(axes, i, n, away):
+    """Return the component along axis n of the frame i of axes (K, 3, 3) [1] of a vector `away` (3), in its unit."""
+    return axes[i, n, 0] * away[0] + axes[i, n, 1] * away[1] + axes[i, n, 2] * away[2]
+
+
+@njit(**FAST)
+def plane_moments(points, first, last, radius, moments):
+    """Fill moments (K, 3, 3) [d2] with sums of (x - m)(x - m)^T over the points (K, 3) [d] within a radius [d], m being their mean.
+
+    first, last (K, 9): ranges of points [-], as from `cell_ranges`.
+    """
+    for i in range(len(points)):
+        count, mx, my, mz = 0.0, 0.0, 0.0, 0.0
+        for c in range(9):
+            for j in range(first[i, c], last[i, c]):
+                away, square = separation(points, j, points, i)
+                if square <= radius * radius:
+                    count, mx, my, mz = count + 1.0, mx + away[0], my + away[1], mz + away[2]
+                    for row in range(3):
+                        for column in range(3):
+                            moments[i, row, column] += away[row] * away[column]
+        sums = (mx, my, mz)
+        for row in range(3):
+            for column in range(3):
+                moments[i, row, column] -= sums[row] * sums[column] / count
+
+
+@njit(**FAST)
+def quadric_sums(points, first, last, frame, limits, sums):
+    """Fill sums (K, 6, 8) with p p^T, p h and, in the first row, h^2 over the points whose normals agree.
+
+    points (K, 3) [d]; first, last (K, 9): ranges of points, as from `cell_ranges`; frame (K, 3, 3): normal and two tangents of each point
+    [1]; limits: FIT and ALIKE. With the tangential places a, b and the height h of a point, all over FIT: p = (1, a, b, a^2/2, a b, b^2/2).
+    """
+    reach, alike = limits
+    for i in range(len(points)):
+        for c in range(9):
+            for j in range(first[i, c], last[i, c]):
+                away, square = separation(points, j, points, i)
+                normal = (frame[j, 0, 0], frame[j, 0, 1], frame[j, 0, 2])
+                if square > reach * reach or abs(along(frame, i, 0, normal)) < alike:
+                    continue
+                h, a, b = (
+                    along(frame, i, 0, away) / reach,
+                    along(frame, i, 1, away) / reach,
+                    along(frame, i, 2, away) / reach,
+                )
+                powers = (1.0, a, b, 0.5 * a * a, a * b, 0.5 * b * b)
+                for row in range(6):
+                    for column in range(6):
+                        sums[i, row, column] += powers[row] * powers[column]
+                    sums[i, row, 6] += powers[row] * h
+                sums[i, 0, 7] += h * h
+
+
+@njit(**FAST)
+def marked_share(points, first, last, radius, marked, share):
+    """Set share (K,) [1] to how many of the points (K, 3) [d] within a radius [d] are marked (K,) bool; first, last (K, 9): as above."""
+    for i in range(len(points)):
+        count, found = 0.0, 0.0
+        for c in range(9):
+            for j in range(first[i, c], last[i, c]):
+                if separation(points, j, points, i)[1] <= radius * radius:
+                    count, found = count + 1.0, found + marked[j]
+        share[i] = found / count
+
+
+@njit(**FAST)
+def nearest_points(places, points, first, last, nearest):
+    """Set nearest (Q,) to the number of the one of `points` (K, 3) [d] nearest to each of `places` (Q, 3) [d].
+
+    first, last (Q, 9): the ranges of points to look at [-], as from `cell_ranges`.
+    """
+    for i in range(len(places)):
+        least = np.inf
+        for c in range(9):
+            for j in range(first[i, c], last[i, c]):
+                _, square = separation(points, j, places, i)
+                if square < least:
+                    least, nearest[i] = square, j
