@@ -209,7 +209,7 @@ def mark_surroundings(position, grid, near):
                     near[row + low : row + high] = 1
 
 
-@njit(**FAST)
+@inlined
 def find_ranges(cx, cy, cz, grid, cell_start, ranges):
     """Fill `ranges` (R, 2) with the half-open ranges of particles in the rows of cells around a cell, and return their number.
 

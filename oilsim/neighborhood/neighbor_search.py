@@ -1,8 +1,7 @@
 """Neighbour search: sort particles by cell, and list the fluid and wall neighbours of each.
 
-The ranges of candidates around a cell are found once for all particles of the cell. Lists are compact within each block of particles, so
-that one pass without atomic operations fills them. A block that needs more places than its share says so, and all lists are built again
-with a larger share. Neighbours j of particle i satisfy |x_i - x_j| < H, H being the support radius, under the nearest periodic image.
+A block of particles whose lists need more places than its share says so, and all lists are built again with a larger share. Neighbours j
+of particle i satisfy |x_i - x_j| < H, H being the support radius, under the nearest periodic image.
 """
 
 from __future__ import annotations
@@ -13,31 +12,34 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend import simd
-from oilsim.backend.jit import ALLOCATING, FAST, inlined
+from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import floor, gather_four
-from oilsim.backend.simd.compaction import LANES, Ball, append_near
 from oilsim.backend.thread_team import BLOCK, Team, block_count
 from oilsim.neighborhood.cell_grid import (
     MARGIN,
     SPARE,
     Grid,
     assign_cells,
-    cell_coordinate,
     count_sort,
     find_extent,
-    find_ranges,
-    first_of_row,
     holds,
     make_grid,
     mark_surroundings,
     part_around,
 )
+from oilsim.neighborhood.list_building import (
+    CellOrder,
+    Index,
+    ListRoom,
+    Others,
+    Pairs,
+    Real,
+    Sorted,
+    Space,
+    build_lists,
+)
 
 __all__ = ["CellOrder", "NeighborSearch", "Pairs", "Sorted", "make_grid", "nearest_image", "nearest_images"]
-
-Index = NDArray[np.uint32]
-Real = NDArray[np.float32]
 
 # [cells] up to which the whole domain is counted; numerical; counting them is as quick as finding the extent of the liquid
 FEW = 2**14
@@ -45,19 +47,6 @@ FEW = 2**14
 LAVISH = 4
 # [1] places a particle for fluid and wall neighbours at first; numerical; shares grow where they do not suffice
 INITIAL_SHARES = 48, 16
-
-
-class Pairs(NamedTuple):
-    """Neighbour lists: the neighbours of particle i are neighbor[start[i] : start[i] + number[i]].
-
-    start     (N,) int64, first place of each list, a multiple of simd.LANES
-    number    (N,) uint32, length of each list
-    neighbor  (places,) uint32, indices of neighbours; the padding behind a list holds indices too (see `end_list`)
-    """
-
-    start: NDArray[np.int64]
-    number: Index
-    neighbor: Index
 
 
 class Neighborhood(NamedTuple):
@@ -81,46 +70,6 @@ class Neighborhood(NamedTuple):
     volume: np.float32
 
 
-class CellOrder(NamedTuple):
-    """Particles by cell: those of cell c are order[cell_start[c] : cell_start[c + 1]].
-
-    order (M,) uint32, None where that is the order in which they lie; cell_start (cells + 1,) uint32.
-    """
-
-    order: Index | None
-    cell_start: Index
-
-
-class Sorted(NamedTuple):
-    """Particles of which the first lie in cell order: those of cell c are cell_start[c] to cell_start[c + 1].
-
-    position (3, M) [m]; cell_start (cells + 1,) uint32. Particles beyond cell_start[-1] need a `CellOrder`.
-    """
-
-    position: Real
-    cell_start: Index
-
-
-class Space(NamedTuple):
-    """The space of a search: the counted cells, and the lengths of periodic axes [m] (0 for open axes; None if all are open)."""
-
-    grid: Grid
-    period: tuple[np.float32, ...] | None
-
-
-class ListRoom(NamedTuple):
-    """Room for neighbour lists.
-
-    pairs    the lists that are filled
-    share    places a particle; a block of particles takes BLOCK * share of them
-    full     (1,) uint8, becomes 1 where a block ran out of places
-    """
-
-    pairs: Pairs
-    share: int
-    full: NDArray[np.uint8]
-
-
 @inlined
 def nearest_image(delta, period):
     """Return the separation `delta` [m] along one axis under the nearest periodic image; a period of 0 leaves it as it is."""
@@ -141,17 +90,6 @@ def nearest_images(dx, dy, dz, period):
 def rows(vectors):
     """Return the three components (N,) of vectors (3, N), in their unit."""
     return vectors[0], vectors[1], vectors[2]
-
-
-@inlined
-def end_list(neighbor, cursor):
-    """Write the index 0 into the places of `neighbor` (P,) from `cursor` to the next multiple of simd.LANES.
-
-    Kernels read these places together with the list's last neighbours, and must find an index that exists.
-    """
-    while cursor % simd.LANES:
-        neighbor[cursor] = 0
-        cursor += 1
 
 
 @njit(**FAST)
@@ -189,67 +127,6 @@ def mark_around(begin, end, chosen, fluid, near):
         first = fluid.start[i]
         for k in range(first, first + np.int64(fluid.number[i])):
             near[fluid.neighbor[k]] = 1
-
-
-@inlined
-def append_ranges(ball, other, order, ranges, found, room, cursor, limit):
-    """Append the candidates within the `ball` from the first `found` ranges, and return the cursor after the last one.
-
-    ranges (R, 2) int64: half-open ranges of candidates, of `order` or, if that is None, of the columns of other (3, M) [m] themselves;
-    room: the `ListRoom`, in which places below `limit` may be used; its `full` becomes 1 where they do not suffice.
-    """
-    for n in range(found):
-        first, last = ranges[n, 0], ranges[n, 1]
-        if cursor + (last - first) + 2 * LANES > limit:
-            room.full[0] = 1
-            break
-        cursor = append_near(ball, other, order, first, last, room.pairs.neighbor, cursor)
-    return cursor
-
-
-@njit(**ALLOCATING)
-def build_lists(begin, end, position, other, near, moving, space, same, room):
-    """List the neighbours of the particles begin to end, which lie in cell order, within the grid's support radius.
-
-    position  (3, N) of the particles [m]
-    other     `Sorted` particles among which neighbours are looked for
-    near      (cells,) uint8, 1 in the cells from which others can be reached; None to look from all
-    moving    `CellOrder` of those others that do not lie in cell order; None if there are none
-    space     the `Space` in which to search
-    same      whether others are the particles themselves: none is its own neighbour
-    room      the `ListRoom` to fill
-    """
-    grid, pairs = space.grid, room.pairs
-    reach_squared = np.float32(grid.support_radius * grid.support_radius)
-    rows = 2 * (2 * grid.reach[0] + 1) * (2 * grid.reach[1] + 1)
-    ranges, moving_ranges = np.empty((rows + 1, 2), np.int64), np.empty((rows + 1, 2), np.int64)
-    found, moving_found, present_cell = 0, 0, np.int64(-1)
-    for i in range(begin, end):
-        if i % BLOCK == 0 or i == begin:
-            cursor = np.int64(i // BLOCK * BLOCK) * room.share
-            limit = np.int64((i // BLOCK + 1) * BLOCK) * room.share
-        cursor = (cursor + simd.LANES - 1) // simd.LANES * simd.LANES
-        pairs.start[i], pairs.number[i] = cursor, 0
-        place = position[0, i], position[1, i], position[2, i]
-        cx, cy, cz = (
-            cell_coordinate(place[0], 0, grid),
-            cell_coordinate(place[1], 1, grid),
-            cell_coordinate(place[2], 2, grid),
-        )
-        cell = first_of_row(cx, cy, grid) + cz
-        if near is not None and near[cell] == 0:
-            continue
-        if cell != present_cell:
-            present_cell = cell
-            found = find_ranges(cx, cy, cz, grid, other.cell_start, ranges)
-            if moving is not None:
-                moving_found = find_ranges(cx, cy, cz, grid, moving.cell_start, moving_ranges)
-        ball = Ball(place, i if same else -1, reach_squared, space.period)
-        cursor = append_ranges(ball, other.position, None, ranges, found, room, cursor, limit)
-        if moving is not None:
-            cursor = append_ranges(ball, other.position, moving.order, moving_ranges, moving_found, room, cursor, limit)
-        pairs.number[i] = cursor - pairs.start[i]
-        end_list(pairs.neighbor, cursor)
 
 
 class NeighborSearch:
@@ -314,11 +191,12 @@ class NeighborSearch:
         count, same = position.shape[1] if count is None else count, other.position is position
         share = self._shares.setdefault(name, INITIAL_SHARES[0] if same else INITIAL_SHARES[1])
         space, room, full = Space(self.grid, self.period), block_count(max(count, 1)) * BLOCK, np.zeros(1, np.uint8)
+        others = Others(other.position, CellOrder(None, other.cell_start), moving, near, same)
         while True:
             pairs = self.reserve(name, room, room * share)
             full[0] = 0
             lists = ListRoom(pairs, share, full)
-            self._team.run(build_lists, count, position, other, near, moving, space, same, lists)
+            self._team.run(build_lists, count, position, others, space, lists)
             if not full[0]:
                 return pairs
             share = self._shares[name] = share + max(share // 4, 4)

@@ -62,7 +62,7 @@ def load(values, k, present):
     """Return values[k + lane] where `present`, 0 elsewhere; values (K,) are float32, uint32 or int16, and contiguous.
 
     Numbers of 16 bits become float32. They, and indices (uint32), are read LANES at a time: so many must lie in the array from k on, and
-    absent indices, which may be gathered too, must exist (see `neighbor_search.end_list`).
+    absent indices, which may be gathered too, must exist (see `list_building.end_list`).
     """
     result = np.zeros(LANES, np.float32 if values.dtype == np.int16 else values.dtype)
     result[present] = values[k : k + np.count_nonzero(present)]

@@ -6,17 +6,27 @@ import numpy as np
 import pytest
 from numba import njit
 
-from oilsim.backend.simd.compaction import Ball, append_near, append_one_by_one
+from oilsim.backend.simd.compaction import (
+    Ball,
+    Box,
+    Candidates,
+    append_near,
+    append_one_by_one,
+    collect_near,
+    collect_one_by_one,
+)
 from oilsim.backend.thread_team import Team
+from oilsim.neighborhood.list_building import CANDIDATES
 from oilsim.neighborhood.neighbor_search import CellOrder, NeighborSearch, Sorted, make_grid
 
 SUPPORT = 0.2
 
 
 @njit
-def appended(*arguments):
-    """`append_near` as kernels call it."""
-    return append_near(*arguments)
+def searched(box, ball, points, candidate, found, index):
+    """`collect_near` and `append_near` as kernels call them."""
+    count = collect_near(box, points, candidate, 3, 87, found, 2)
+    return count, append_near(ball, found, count, index, 5)
 
 
 def brute_force(points, others, period):
@@ -45,6 +55,19 @@ def test_lists_equal_brute_force(periodic, threads):
         listed = pairs.neighbor[pairs.start[i] : pairs.start[i] + pairs.number[i]]
         assert len(listed) == len(set(listed))
         assert set(listed) == expected
+
+
+def test_lists_in_a_plane_equal_brute_force():
+    grid = make_grid((0, 0, 0), (3, 0.1, 2), (False,) * 3, SUPPORT, 2)
+    search = NeighborSearch(grid, Team(1), None)
+    points = (np.random.default_rng(5).random((3, 900)) * np.array([[3.4], [0.0], [2.3]]) - 0.2).astype(np.float32)
+    order, start = search.order_by_cell(points)
+    points = np.ascontiguousarray(points[:, order])  # some lie outside the domain
+    pairs = search.list_neighbors("all", points, Sorted(position=points, cell_start=start))
+    near = brute_force(points, points, (0, 0, 0))
+    for i in range(900):
+        listed = pairs.neighbor[pairs.start[i] : pairs.start[i] + pairs.number[i]]
+        assert sorted(listed) == np.setdiff1d(np.flatnonzero(near[i]), i).tolist()
 
 
 def test_moving_particles_are_found_beside_sorted_ones():
@@ -95,29 +118,34 @@ def test_of_a_large_domain_the_liquids_part_is_counted_and_nothing_else_changes(
     assert part.cover(stray, 500) and part.cover(points, 2000)  # it grows, and shrinks again
 
 
-def test_crowded_block_grows_its_lists():
+@pytest.mark.parametrize("count", [300, CANDIDATES + 300])
+def test_crowded_block_grows_its_lists(count):
     grid = make_grid((0, 0, 0), (1, 1, 1), (False,) * 3, SUPPORT, 3)
     search = NeighborSearch(grid, Team(1), None)
-    points = (0.5 + 0.01 * np.random.default_rng(0).random((3, 300))).astype(np.float32)
+    points = (0.5 + 0.01 * np.random.default_rng(0).random((3, count))).astype(np.float32)
     _, start = search.order_by_cell(points)
     pairs = search.list_neighbors("all", points, Sorted(position=points, cell_start=start))
-    assert (pairs.number[:300] == 299).all()
+    assert (pairs.number[:count] == count - 1).all()
 
 
 @pytest.mark.parametrize("period", [None, (np.float32(1.0), np.float32(0.0), np.float32(0.7))])
 @pytest.mark.parametrize("listed", [False, True])
-def test_compiled_append_equals_plain_python(period, listed):
+def test_compiled_search_equals_plain_python(period, listed):
     rng = np.random.default_rng(2)
     points = rng.random((3, 90)).astype(np.float32)
     candidate = rng.permutation(90).astype(np.uint32) if listed else None
-    ball = Ball(place=tuple(points[:, 40]), own=40, reach_squared=np.float32(0.09), period=period)
-    arguments = (ball, points, candidate, 3, 87)
-    compiled = np.full(128, 999, np.uint32)
-    plain = compiled.copy()
-    cursor = appended(*arguments, compiled, 5)
-    expected = append_one_by_one(*arguments, plain, 5)
-    assert cursor == expected > 5
-    assert np.array_equal(compiled[:cursor], plain[:cursor])
+    middle, half = tuple(points[:, 40]), (np.float32(0.05), np.float32(0.0), np.float32(0.1))
+    box = Box(middle=middle, half=half, reach_squared=np.float32(0.12), period=period)
+    ball = Ball(place=middle, own=40, reach_squared=np.float32(0.09), period=period)
+    rooms = [Candidates(np.full(128, 999, np.uint32), np.zeros((3, 128), np.float32)) for _ in range(2)]
+    lists = [np.full(128, 999, np.uint32) for _ in range(2)]
+    count, cursor = searched(box, ball, points, candidate, rooms[0], lists[0])
+    collected = collect_one_by_one(box, points, candidate, 3, 87, rooms[1], 2)
+    assert (count, cursor) == (collected, append_one_by_one(ball, rooms[1], collected, lists[1], 5))
+    assert 5 < cursor < count
+    assert np.array_equal(rooms[0].index[:count], rooms[1].index[:count])
+    assert np.array_equal(rooms[0].position[:, :count], rooms[1].position[:, :count])
+    assert np.array_equal(lists[0][:cursor], lists[1][:cursor])
 
 
 def test_short_periodic_axis_is_refused():
