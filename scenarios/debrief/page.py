@@ -282,18 +282,15 @@ def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]
         drag_coefficient=skirt_drag_coefficient(),
         density=density,
     )
-    told = (
-        f"{three_figures(float(mean) / calm)} times as much: the orbital velocity of waves adds its mean square to V²"
-    )
-    waves = (
-        [("Recorded, beside the rule of thumb at the mean speed, as in calm water", told)]
-        if history.in_waves and calm > 0.0
-        else []
-    )
+    waves = []
+    if history.in_waves and calm > 0.0:
+        more = f"{three_figures(float(mean) / calm)} times it was recorded"
+        reason = "the orbital velocity of waves adds its mean square to V²"
+        waves = [("The same at the mean speed, as in calm water", f"{force_in_words(calm)}; {more}: {reason}")]
     radius = catenary_parameter(boom.length, gap)
     area = f"A = {boom.skirt_depth:g} m of skirt × {three_figures(radius)} m, the radius of the apex at a gap ratio of {gap:.2f}"
     return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / KNOT:.2f} kn across "
-             "the line between the ends", force_in_words(force)), recorded, *waves]  # fmt: skip
+             "the line between the ends", force_in_words(force)), *waves, recorded]  # fmt: skip
 
 
 def _booms(replay: Replay) -> Sequence[BoomDescription]:

@@ -132,8 +132,8 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_exercise(tmp_path_factory.mktemp("exercise") / "made-up.rrd", lambda index: {})
 
 
-def write_exercise(path: Path, scalars: Callable[[int], dict[str, float]]) -> Path:
-    """Record the made-up exercise, with other values of some series at each index."""
+def write_exercise(path: Path, scalars: Callable[[int], dict[str, float]], boom: BoomDescription = BOOM) -> Path:
+    """Record the made-up exercise, with other values of some series at each index, and of another boom."""
     corners = np.array([[x, y, z] for x in (-0.4, 0.4) for y in (-0.05, 0.05) for z in (-0.2, 0.2)])
     box = MeshDescription(vertices=corners, faces=np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5]]))
     phases = (
@@ -147,7 +147,7 @@ def write_exercise(path: Path, scalars: Callable[[int], dict[str, float]]) -> Pa
         meshes=dict.fromkeys([*SEGMENTS, "vessels/port"], box),
         properties={"title": "Oil & <boom>"},
         fates=("contained", "lost_drainage"),
-        exercise=ExerciseDescription(booms=(BOOM,), current=(-CURRENT, 0.0), water_level=1.0),
+        exercise=ExerciseDescription(booms=(boom,), current=(-CURRENT, 0.0), water_level=1.0),
     )
     with Recorder(path, frame_rate=10.0) as recorder:
         recorder.initialized(run)
@@ -644,6 +644,21 @@ def test_the_swing_that_an_irregular_sea_leaves_in_a_mean_over_one_wave_is_no_sp
         waves = replace(one, boom=replace(BOOM, hold_time=4.0))
         assert waves.in_waves and not one.in_waves
         assert time_over(waves, PRACTICE_SPEED) == in_waves
+
+
+def test_in_waves_the_rule_of_thumb_stands_beside_its_value_in_calm_water_and_the_reason(tmp_path: Path) -> None:
+    path = write_exercise(tmp_path / "waves.rrd", lambda index: {}, replace(BOOM, hold_time=4.0))
+    page = write_debrief(path, tmp_path / "out").read_text(encoding="utf-8")
+    places = [
+        page.index(words)
+        for words in (
+            "26 A V²",
+            "as in calm water",
+            "the orbital velocity of waves adds its mean square",
+            "end, as recorded",
+        )
+    ]
+    assert places == sorted(places)
 
 
 def test_loss_over_speed_tells_modelled_from_resolved_and_adds_up(tmp_path: Path) -> None:
