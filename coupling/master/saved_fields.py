@@ -119,12 +119,12 @@ _PASSING = ("bodies", "boundaries", "handles")
 def require_alike(where: str, saved: Any, own: Any) -> None:
     """Require that a saved state has every entry of a new one, of the same type and shape, and finite numbers where that has them.
 
-    None stands for an entry that may be missing, and a list has any length. So have arrays of a table whose lengths change together, as
-    those of all particles do, and one that was empty; entries that the new state lacks are plain and finite. `where` names the state in
-    messages. Raises ValueError for an entry of another type or shape or that is not finite, and KeyError for a missing one.
+    An entry may be None where it is None in the new state, and a list has any length. So have arrays of a table whose lengths change
+    together, as those of all particles do, and one that was empty; entries that the new state lacks are plain and finite. `where` names the
+    state in messages. Raises ValueError for an entry of another type or shape or that is not finite, and KeyError for a missing one.
     """
     own, saved = (one[()] if isinstance(one, np.ndarray) and not one.ndim else one for one in (own, saved))
-    if own is None or saved is None:
+    if own is None:
         _require_plain(where, saved)
     elif _kind(saved) != _kind(own) and not (_kind(saved) == "whole number" and _kind(own) == "number"):
         raise ValueError(f"{where} is a {_kind(saved)}, allowed: a {_kind(own)}")

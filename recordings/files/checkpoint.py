@@ -1,7 +1,8 @@
 """Checkpoints: files with the whole state of a run, from which it continues as if it had never stopped.
 
 A state is a nested dict of arrays and plain values. A .npz file holds its arrays bit for bit, and its structure as JSON text. A
-checkpoint contains no code: one from an unknown source can be wrong but cannot execute anything.
+checkpoint contains no code: one from an unknown source can be wrong but cannot execute anything. The file holds a hash of all else that it
+holds, so damage is seen before a run goes on, whatever it makes of a number.
 """
 
 from __future__ import annotations
@@ -21,14 +22,15 @@ import numpy as np
 
 from recordings.files.writing import RecordingError
 
-FORMAT_VERSION = 20
-_STRUCTURE = "structure"
+FORMAT_VERSION = 21
+_STRUCTURE, _HASH = "structure", "hash"
 _ARRAY, _TUPLE, _BYTES, _HUGE, _REAL = "__array__", "__tuple__", "__bytes__", "__int__", "__float__"
 _MARKS = (_ARRAY, _TUPLE, _BYTES, _HUGE, _REAL)
 _KINDS = {
     "scenario_hash": (str, "a text"), "index": (int, "a whole number"), "run": (dict, "a table"), "state": (dict, "a table"),
 }  # fmt: skip
 _EXACT_INTEGERS = 2**63
+DAMAGED = "is damaged: what it holds has another hash than what was saved"
 
 
 class CheckpointError(RecordingError):
@@ -59,7 +61,13 @@ def state_hash(state: Mapping[str, Any]) -> str:
     Lists and tuples count alike. Raises TypeError for a state that holds more than arrays and plain values.
     """
     arrays: dict[str, np.ndarray] = {}
-    digest = hashlib.sha256(json.dumps(_take_apart(_as_lists(state), "state", arrays), sort_keys=True).encode())
+    structure = json.dumps(_take_apart(_as_lists(state), "state", arrays), sort_keys=True)
+    return _digest(structure.encode(), arrays)
+
+
+def _digest(begin: bytes, arrays: Mapping[str, np.ndarray]) -> str:
+    """Compute a hash of bytes and of every byte, type and shape of arrays."""
+    digest = hashlib.sha256(begin)
     for name in sorted(arrays):
         array = arrays[name]
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
@@ -70,20 +78,20 @@ def state_hash(state: Mapping[str, Any]) -> str:
 def state_to_bytes(state: Mapping[str, Any]) -> bytes:
     """Write a state to bytes, bit for bit; TypeError for a state that holds more than arrays and plain values."""
     arrays: dict[str, np.ndarray] = {}
-    structure = json.dumps(_take_apart(state, "state", arrays))
+    structure = _take_apart(state, "state", arrays)
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays, **{_STRUCTURE: np.frombuffer(structure.encode(), dtype=np.uint8)})  # type: ignore[arg-type]
+    np.savez(buffer, **packed(structure, arrays))  # type: ignore[arg-type]
     return buffer.getvalue()
 
 
 def state_from_bytes(data: bytes) -> dict[str, Any]:
     """Read a state from the bytes of `state_to_bytes`; ValueError for other bytes."""
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
+        structure, arrays, is_whole = _unpacked(io.BytesIO(data))
     except (KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
         raise ValueError(f"the bytes are not a saved state: {error}") from error
+    if not is_whole:
+        raise ValueError(f"the saved state {DAMAGED}")
     state: dict[str, Any] = _put_together(structure, arrays)
     return state
 
@@ -100,11 +108,11 @@ def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
         "run": checkpoint.run,
         "state": _take_apart(checkpoint.state, "state", arrays),
     }
-    arrays[_STRUCTURE] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
+    content = packed(structure, arrays)
     unfinished = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         with unfinished.open("wb") as file:
-            np.savez(file, **arrays)  # type: ignore[arg-type]
+            np.savez(file, **content)  # type: ignore[arg-type]
             file.flush()
             os.fsync(file.fileno())
         unfinished.replace(target)
@@ -137,14 +145,14 @@ def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Ch
 
 def _read(source: Path) -> Checkpoint:
     """Read the checkpoint in a file that numpy has written; other files raise various errors."""
-    with np.load(source, allow_pickle=False) as file:
-        arrays = {name: file[name] for name in file.files}
-    structure = json.loads(arrays.pop(_STRUCTURE).tobytes())
+    structure, arrays, is_whole = _unpacked(source)
     version = structure.get("format_version")
     if version != FORMAT_VERSION:
         raise CheckpointError(
             source, f"has format version {version}, allowed: version {FORMAT_VERSION}, which this program reads"
         )
+    if not is_whole:
+        raise CheckpointError(source, DAMAGED)
     for key, (kind, allowed) in _KINDS.items():
         if type(structure[key]) is not kind:
             raise ValueError(f"its {key} is a {type(structure[key]).__name__}, allowed: {allowed}")
@@ -155,6 +163,21 @@ def _read(source: Path) -> Checkpoint:
         run=structure["run"],
         state=_put_together(structure["state"], arrays),
     )
+
+
+def packed(structure: Any, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return arrays, in their shapes and units, with a structure as JSON text (n,) and the hash of all of it (64,), both bytes: a file."""
+    text = json.dumps(structure).encode()
+    hashed = _digest(text, arrays).encode()
+    return {**arrays, _STRUCTURE: np.frombuffer(text, np.uint8), _HASH: np.frombuffer(hashed, np.uint8)}
+
+
+def _unpacked(source: Path | io.BytesIO) -> tuple[Any, dict[str, np.ndarray], bool]:
+    """Read what `packed` made: structure, arrays, and whether they have their hash; other files raise various errors."""
+    with np.load(source, allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
+    text, hashed = arrays.pop(_STRUCTURE).tobytes(), arrays.pop(_HASH, np.empty(0)).tobytes()
+    return json.loads(text), arrays, hashed == _digest(text, arrays).encode()
 
 
 def _as_lists(value: Any) -> Any:

@@ -19,6 +19,7 @@ from recordings.files.checkpoint import (
     Checkpoint,
     CheckpointError,
     load_checkpoint,
+    packed,
     save_checkpoint,
     state_hash,
 )
@@ -42,6 +43,14 @@ STATES = st.dictionaries(
 
 def _checkpoint(state: dict[str, Any]) -> Checkpoint:
     return Checkpoint(scenario_hash=HASH, index=17, time=0.1 + 0.2, run=RUN, state=state)
+
+
+def _opened(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Structure and arrays of a checkpoint, without their hash."""
+    with np.load(path) as file:
+        arrays = dict(file)
+    del arrays["hash"]
+    return json.loads(arrays.pop("structure").tobytes()), arrays
 
 
 def _assert_same(read: Any, written: Any) -> None:
@@ -138,10 +147,8 @@ def test_what_is_no_checkpoint_is_refused(tmp_path: Path, content: bytes) -> Non
 def test_a_checkpoint_with_a_part_of_another_type_is_refused(tmp_path: Path, name: str, value: Any) -> None:
     path = tmp_path / "run.npz"
     save_checkpoint(path, _checkpoint({"position": np.arange(3.0)}))
-    with np.load(path) as file:
-        arrays = dict(file)
-    structure = json.loads(arrays["structure"].tobytes()) | {name: value}
-    np.savez(path, **{**arrays, "structure": np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)})
+    structure, arrays = _opened(path)
+    np.savez(path, **packed(structure | {name: value}, arrays))
     with pytest.raises(CheckpointError, match=f"was cut off: its {name} is a {type(value).__name__}, allowed: a "):
         load_checkpoint(path)
 
@@ -150,15 +157,9 @@ def test_a_checkpoint_with_a_part_of_another_type_is_refused(tmp_path: Path, nam
 def test_a_checkpoint_that_lacks_something_is_refused(tmp_path: Path, name: str) -> None:
     path = tmp_path / "run.npz"
     save_checkpoint(path, _checkpoint({"position": np.arange(3.0)}))
-    with np.load(path) as file:
-        arrays = dict(file)
-    if name in arrays:
-        del arrays[name]
-    else:
-        structure = json.loads(arrays["structure"].tobytes())
-        del structure[name]
-        arrays["structure"] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
-    np.savez(path, **arrays)
+    structure, arrays = _opened(path)
+    del (arrays if name in arrays else structure)[name]
+    np.savez(path, **packed(structure, arrays))
     with pytest.raises(CheckpointError, match=f"is not a checkpoint, or was cut off: .*{name}"):
         load_checkpoint(path)
 

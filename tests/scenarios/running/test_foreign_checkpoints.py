@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from recordings.files.checkpoint import DAMAGED, packed
 from scenarios.cli import main
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.spec.load import load_scenario
@@ -51,13 +52,13 @@ def resumed(file: Path, capsys: pytest.CaptureFixture[str], folder: Path, monkey
 
 
 def changed(source: Path, target: Path, change: Change) -> Path:
-    """A copy of a checkpoint with its structure and its arrays changed."""
+    """A copy of a checkpoint with its structure and its arrays changed, as if it had been saved so."""
     with np.load(source) as file:
         arrays = {name: file[name] for name in file.files}
     structure = json.loads(arrays.pop("structure").tobytes())
+    del arrays["hash"]
     change(structure, arrays)
-    arrays["structure"] = np.frombuffer(json.dumps(structure).encode(), dtype=np.uint8)
-    np.savez(target, **arrays)  # type: ignore[arg-type]
+    np.savez(target, **packed(structure, arrays))  # type: ignore[arg-type]
     return target
 
 
@@ -163,6 +164,38 @@ def test_damaged_engine_states_are_refused_in_words(resume: Resume) -> None:
         holder["__bytes__"] = content.hex()
 
     assert refusals(resume, 10, change) >= 1  # 2
+
+
+@pytest.mark.parametrize("name", ["structure", "hash", "array-0", "array-7"])
+def test_a_damaged_checkpoint_is_refused_whatever_it_holds(
+    name: str, checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A number that a run might have, in a file that is whole, once made a run end elsewhere without a word."""
+    with np.load(checkpoint) as file:
+        arrays = {key: file[key].copy() for key in file.files}
+    if name == "structure":  # where the run goes on
+        text = arrays[name].tobytes()
+        arrays[name] = np.frombuffer(text.replace(b'"index": 2', b'"index": 3', 1), np.uint8)
+        assert arrays[name].tobytes() != text
+    else:
+        arrays[name].reshape(-1).view(np.uint8)[-1] ^= 1
+    np.savez(tmp_path / "odd.npz", **arrays)  # type: ignore[arg-type]
+    said = resumed(tmp_path / "odd.npz", capsys, tmp_path, monkeypatch)
+    assert DAMAGED in " ".join(said.split())
+
+
+def test_a_number_that_is_none_is_refused(resume: Resume) -> None:
+    """Every one of them; only what a run begins with as None may be so."""
+
+    def change(chance: random.Random, structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        numbers = [
+            (holder, key) for holder, key in places(structure["state"])
+            if isinstance(holder, dict) and isinstance(holder[key], dict) and "__float__" in holder[key]
+        ]  # fmt: skip
+        holder, key = chance.choice(numbers)
+        holder[key] = None
+
+    assert refusals(resume, 12, change) == 12
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.3, 0.9, 0.999])
