@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -142,6 +143,25 @@ def test_liquid_that_travels_with_a_round_body_and_a_body_that_turns_ask_for_not
     half = math.pi / 4.0
     fluid.set_boundary_motion(0, (0, 0, 0), (0, math.sin(half), 0, math.cos(half)), (0, 0, speed), (0, 0, 0))
     assert curvature_rate(fluid, -velocity, 0.01)[0] == pytest.approx(before, rel=0.05)
+
+
+def test_a_pile_on_a_periodic_border_asks_for_what_it_asks_for_inside(make_fluid) -> None:
+    """And never for more than a twentieth of the volume in a step."""
+    spacing, time_step, found = 0.05, 0.01, []
+    for shift in (0.0, 1.5):
+        wall = ring(spacing, False)
+        place = np.array([[0.8 * RADIUS - shift, 0.0, 0.8 * RADIUS]])  # beyond the border that the pile lies on
+        fluid = make_fluid(
+            dimension=2, particle_spacing=spacing, lower=(-1.5, 0, -1.5), upper=(1.5, 1, 1.5), gravity=(0, 0, 0),
+            periodic=(True, False, True),
+        )  # fmt: skip
+        fluid.add_boundary(replace(wall, position=wall.position + np.array([shift, 0.0, 0.0])))
+        fluid.add_particles(place, phase="water")
+        slow = np.array([[1.0], [0.0], [-1.0]], np.float32)
+        found.append(curvature_rate(fluid, slow, time_step)[0])
+        assert curvature_rate(fluid, 100.0 * slow, time_step)[0] == pytest.approx(-0.05 / time_step)
+    assert found[0] < 0.0
+    assert found[1] == pytest.approx(found[0], rel=1e-4)
 
 
 def discs(spacing: float) -> NDArray[np.float64]:
