@@ -275,8 +275,7 @@ def _best(history: BoomHistory, findings: Sequence[Finding]) -> tuple[str, str]:
     worst = LETTERS[-1][0]
     if not history.crew_acted:
         return worst, "nobody acted: the exercise needs orders, and no vessel, line or skimmer was given one"
-    values = {finding.criterion.key: finding.value for finding in findings}
-    if history.boom.deployment == "sweep" and values.get("encountered") == 0.0:
+    if history.boom.deployment == "sweep" and measures.met(history) == 0.0:
         return worst, "the boom met no oil"
     missed = [f.criterion.title for f in findings if f.criterion.decisive and f.verdict == "missed"]
     return (CAP, f"a decisive criterion was missed: {missed[0]}") if missed else (LETTERS[0][0], "")

@@ -58,9 +58,13 @@ CREWS = {
         good=(),
         bad=("vessels.two.engine=stopped", "vessels.three.engine=stopped"),
         boom="middle",
-        missed="held",
+        missed="clean",  # a boom that drifts with the stream meets no oil: it holds none and loses none
         expected=Expected(
-            "AB", "AB", "DE", "E", "posts that are held keep the boom; the middle length whose two boats stop drifts in"
+            "AB",
+            "AB",
+            "DE",
+            "E",
+            "posts that are held keep the boom; the middle length whose two boats stop drifts in with the oil",
         ),
     ),
     "j-sweep-skimmer": Crews(
