@@ -119,9 +119,10 @@ _PASSING = ("bodies", "boundaries", "handles")
 def require_alike(where: str, saved: Any, own: Any) -> None:
     """Require that a saved state has every entry of a new one, of the same type and shape, and finite numbers where that has them.
 
-    An entry may be None where it is None in the new state, and a list has any length. So have arrays of a table whose lengths change
-    together, as those of all particles do, and one that was empty; entries that the new state lacks are plain and finite. `where` names the
-    state in messages. Raises ValueError for an entry of another type or shape or that is not finite, and KeyError for a missing one.
+    An entry may be None where it is None in the new state. A list has any length, and one that was empty has items of one kind. Arrays of a
+    table whose lengths change together, as those of all particles do, have any length, and so has one that was empty; entries that the new
+    state lacks are plain and finite. `where` names the state in messages. Raises ValueError for an entry of another type or shape or that
+    is not finite, and KeyError for a missing one.
     """
     own, saved = (one[()] if isinstance(one, np.ndarray) and not one.ndim else one for one in (own, saved))
     if own is None:
@@ -136,6 +137,9 @@ def require_alike(where: str, saved: Any, own: Any) -> None:
                 require_alike(f"{where}/{key}", saved[key], value)
         _require_one_length(where, {key: (own[key], saved[key]) for key in own.keys() & saved.keys()})
     elif isinstance(own, list | tuple):
+        kinds = {_kind(item).removeprefix("whole ") for item in saved if item is not None}
+        if isinstance(own, list) and not own and len(kinds) > 1:
+            raise ValueError(f"{where} holds a {' and a '.join(sorted(kinds))}, allowed: items of one kind")
         for place, item in enumerate(saved):
             require_alike(f"{where}/{place}", item, own[min(place, len(own) - 1)] if own else None)
         _require_one_length(where, {str(place): pair for place, pair in enumerate(zip(own, saved, strict=False))})
