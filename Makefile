@@ -12,7 +12,7 @@ PYTEST := $(BIN)/pytest -n 2 --dist worksteal
 KERNELS := $(NUMBA_CACHE_DIR)/compiled-$(shell grep -rl --include='*.py' njit oilsim coupling booms | sort | xargs cat | sha256sum | cut -c1-16)
 QUICK := $(addprefix tests/,oilsim/density oilsim/gradients oilsim/neighborhood oilsim/pressure oilsim/viscosity oilsim/tension oilsim/sea oilsim/slick booms/losses coupling/master vessels scenarios/test_reference.py docs/test_pages.py test_readme.py)
 
-.PHONY: demo conduct quick test test-all lint docs bench pareto validate half-step stress fuzz mutants paper clean
+.PHONY: demo conduct quick test test-all lint docs bench pareto validate stress fuzz mutants paper clean
 
 demo: $(READY)  ## run the U-sweep exercise: recording, summary and picture
 	$(BIN)/oilsim run u-sweep --demo --overwrite --record u-sweep.rrd --summary u-sweep.json --picture u-sweep.png
@@ -36,7 +36,7 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 docs: $(READY)  ## build the documentation into site/index.html; every warning is an error
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo 'open site/index.html'
 
 bench: $(READY)  ## print the tables of measured accuracy and speed
@@ -47,11 +47,8 @@ bench: $(READY)  ## print the tables of measured accuracy and speed
 	$(BIN)/python -m tests.benchmarks.checkpoints
 	$(BIN)/python -m tests.benchmarks.kills
 
-validate: $(READY)  ## compare with theory and experiment, more than an hour; CASE=name[,name] runs only these
-	$(BIN)/python -m tests.validation $(CASE)
-
-half-step: $(READY)  ## the validation cases again at half their step: what hangs on it? CASE=name[,name], LEVEL=1 (coarse) to 3
-	$(BIN)/python -m tests.validation.half_step $(CASE) --level $(or $(LEVEL),1)
+validate: $(READY)  ## run the cases of theory and experiment whose code has changed, and write docs/validation.md; CASE=name[,name], BUDGET=2h
+	$(BIN)/python -m tests.validation $(CASE) $(if $(BUDGET),--budget $(BUDGET))
 
 pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: table, pareto-report/pareto.png and .json
 	$(BIN)/python -m tests.benchmarks.pareto

@@ -23,17 +23,18 @@ COMPILING = ("njit", "inlined", "exactly_inlined")  # decorators of kernels
 
 
 class ImportMap:
-    """The imports of all files below the present folder, and what follows from them."""
+    """The imports of all files below a folder, by default the present one, and what follows from them."""
 
-    def __init__(self) -> None:
-        roots = [Path(package) for package in (*PACKAGES, "tests")]
-        files = sorted(file for root in roots for file in root.rglob("*.py"))
+    def __init__(self, folder: Path = Path()) -> None:
+        self._folder = folder
+        roots = [folder / package for package in (*PACKAGES, "tests")]
+        files = sorted(file.relative_to(folder) for root in roots for file in root.rglob("*.py"))
         self.modules = {_module(file): file for file in files}
         self.imports = {file: set(self._imported(file)) for file in files}
 
     def _imported(self, file: Path) -> Iterator[Path]:
         """Yield the files that a file imports; `from room import module` imports both."""
-        for node in ast.walk(ast.parse(file.read_bytes())):
+        for node in ast.walk(ast.parse((self._folder / file).read_bytes())):
             if isinstance(node, ast.Import):
                 names = [alias.name for alias in node.names]
             elif isinstance(node, ast.ImportFrom) and node.module and not node.level:

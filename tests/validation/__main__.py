@@ -1,25 +1,30 @@
-"""Run the validation cases and write the report.
+"""Run the validation cases whose code has changed, keep their records, and write the page `docs/validation.md` from them.
 
-    python -m tests.validation [CASE[,CASE...]] [--levels 1-3] [--threads N] [--output FOLDER]
+    python -m tests.validation [CASE[,CASE...]] [--levels 1-4] [--budget 2h] [--threads N] [--scheduler tcp://host:8786] [--again]
 
-The exit status is 1 when a case cannot run, and when a gate is missed that is not among `cases.KNOWN_MISSES`; 2 for a case that does not
-exist. A known miss that is met is told.
+A run that is begun again goes on where it was ended. The exit status is 1 when a case cannot run, and when a gate is missed that is not
+among `cases.KNOWN_MISSES`; 2 for a case that does not exist. A known miss that is met is told.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
+import os
 import sys
 import time
-from pathlib import Path
+from collections.abc import Iterable
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from tests.validation import report
-from tests.validation.case import Bench, Case
+from tests.validation.case import Bench
 from tests.validation.cases import CASES, KNOWN_MISSES, select
+from tests.validation.jobs import Job, Record, by_worth, jobs, keep, run
 from tests.validation.scenes import fill, oil_and_water, open_tank
+
+UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -28,10 +33,24 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "cases", nargs="?", default="", help=f"comma-separated: {', '.join(case.name for case in CASES)}"
     )
-    parser.add_argument("--levels", type=int, choices=(1, 2, 3, 4), default=4, help="how many spacings, coarse first")
+    parser.add_argument(
+        "--levels", type=int, choices=(1, 2, 3, 4), help="how many spacings, coarse first; a named case takes all"
+    )
+    parser.add_argument(
+        "--budget", type=seconds, default=math.inf, help="as 90min or 2h: the most valuable jobs that fit into it"
+    )
     parser.add_argument("--threads", type=int, default=None, help="threads of a fluid; default all cores")
-    parser.add_argument("--output", type=Path, default=Path("validation-report"), help="folder of the report")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster that runs the jobs")
+    parser.add_argument("--again", action="store_true", help="also what is not stale")
     return parser.parse_args(arguments)
+
+
+def seconds(text: str) -> float:
+    """Read a duration as 90s, 20min or 2h."""
+    for unit, length in UNITS.items():
+        if text.endswith(unit) and text.removesuffix(unit).replace(".", "", 1).isdigit():
+            return float(text.removesuffix(unit)) * length
+    raise argparse.ArgumentTypeError(f"{text!r} is no duration, allowed: a number with {', '.join(UNITS)}, as 2h")
 
 
 def warm_up(threads: int | None) -> None:
@@ -44,39 +63,6 @@ def warm_up(threads: int | None) -> None:
     fluid.close()
 
 
-def run_level(case: Case, resolution: int, bench: Bench) -> report.Level:
-    """One run of a case; what ends it early is its failure."""
-    begin = time.perf_counter()
-    try:
-        outcome, failure = case.run(resolution, bench), ""
-    except Exception as problem:  # the other cases go on; the report and the exit status tell
-        outcome, failure = report.NOT_RUN, f"{type(problem).__name__}: {problem}"
-    return report.Level(
-        resolution=resolution,
-        outcome=outcome,
-        wall_seconds=time.perf_counter() - begin,
-        particle_steps=bench.particle_steps,
-        advance_seconds=bench.wall_seconds,
-        failure=failure,
-    )
-
-
-def run_case(case: Case, levels: int, threads: int | None, progress: Progress) -> report.CaseResult:
-    """Every run of a case, coarse to fine, with its progress."""
-    result = report.CaseResult(case)
-    for resolution in case.resolutions[:levels]:
-        task = progress.add_task(f"{case.number} {case.name}, {case.length_symbol}/{resolution}", total=1.0)
-        bench = Bench(threads=threads, progress=lambda share, task=task: progress.update(task, completed=share))
-        level = run_level(case, resolution, bench)
-        result.levels.append(level)
-        progress.remove_task(task)
-        outcome = f"cannot run: {level.failure}" if level.failure else f"{level.wall_seconds:.1f} s"
-        progress.console.print(
-            f"{case.number:>3} {case.name}, {case.length_symbol}/{resolution}: {outcome}", highlight=False
-        )
-    return result
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Run what the command line asks for; returns the exit status."""
     options = parse(arguments)
@@ -85,19 +71,64 @@ def main(arguments: list[str] | None = None) -> int:
     except ValueError as problem:
         print(problem, file=sys.stderr)
         return 2
-    warm_up(options.threads)
-    results: list[report.CaseResult] = []
+    asked = jobs(cases, options.levels or (4 if options.cases else None))
+    waiting = by_worth(job for job in asked if options.again or job.is_stale)
     console = Console()
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console) as progress:
-        whole = progress.add_task("all", total=len(cases))
-        for case in cases:
-            levels = options.levels if options.cases else min(options.levels, case.spacings)
-            results.append(run_case(case, levels, options.threads, progress))
-            report.write(results, options.output, options.threads)
+    console.print(f"{len(waiting)} of {len(asked)} jobs to run", highlight=False)
+    if waiting and options.scheduler:
+        take(console, run_on_cluster(waiting, options.scheduler))
+    elif waiting:
+        run_here(waiting, options.budget, options.threads, console)
+    console.print(f"page: {report.PAGE}", highlight=False)
+    return status_of([report.result_of(case) for case in cases], console)
+
+
+def run_here(waiting: list[Job], budget: float, threads: int | None, console: Console) -> None:
+    """Run jobs one after the other; those that are likely to take longer than what is left of the budget [s] are left out, and told."""
+    warm_up(threads)
+    begin, left_out, cores = time.monotonic(), 0, threads or os.cpu_count() or 1
+    with Progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=console) as progress:
+        whole = progress.add_task("all", total=len(waiting))
+        for job in waiting:
+            left = budget - (time.monotonic() - begin)
+            if left <= 0.0 or job.cost / cores > left:
+                left_out += 1
+                continue
+            task = progress.add_task(str(job), total=1.0)
+            bench = Bench(
+                threads=threads, step_share=job.step_share,
+                progress=lambda share, task=task: progress.update(task, completed=share),
+            )  # fmt: skip
+            take(console, [(job, run(job, bench))])
+            progress.remove_task(task)
             progress.advance(whole)
-    console.print(f"report: {options.output / 'validation.md'}", highlight=False)
-    return status_of(results, console)
+    if left_out:
+        console.print(f"{left_out} jobs are left for another time: they do not fit into the budget", highlight=False)
+
+
+def take(console: Console, ended: Iterable[tuple[Job, Record]]) -> None:
+    """Keep each record as it comes, write the page anew and say what the run cost."""
+    for job, record in ended:
+        keep(job.case, record)
+        report.write()
+        told = record["failure"] or f"{record['cpu_s']:.1f} s of processor time"
+        console.print(f"{job}: {told}", highlight=False, markup=False)
+
+
+def run_on_cluster(waiting: list[Job], address: str) -> Iterable[tuple[Job, Record]]:
+    """Run jobs on the Dask cluster whose scheduler is at `address`; yields each with its record as it ends."""
+    from distributed import Client, as_completed  # of few users
+
+    with Client(address) as client:
+        futures = {client.submit(run_named, job.case.name, job.resolution, job.step_share): job for job in waiting}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+
+def run_named(name: str, resolution: int, step_share: float) -> Record:
+    """Run a job by the name of its case, on one thread, as a worker of a cluster does."""
+    (case,) = select(name)
+    return run(Job(case, resolution, step_share), Bench(threads=1, step_share=step_share))
 
 
 def status_of(results: list[report.CaseResult], console: Console) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -91,7 +90,7 @@ class Panel:
 
 @dataclass
 class Bench:
-    """Where a case runs: makes its fluids, advances them and keeps count of the work and of the wall time.
+    """Where a case runs: makes its fluids, advances them and keeps count of the work.
 
     threads   threads of each fluid; None takes every core
     progress  called with the share of the run that is done, 0 to 1
@@ -101,8 +100,8 @@ class Bench:
     threads: int | None = None
     progress: Callable[[float], None] = lambda share: None
     step_share: float = 1.0
+    particles: int = 0  # at most, of one fluid
     particle_steps: int = 0
-    wall_seconds: float = 0.0
     _planned: float = field(default=1.0, init=False)
     _done: float = field(default=0.0, init=False)
 
@@ -119,15 +118,14 @@ class Bench:
 
     def advance(self, fluid: Fluid, duration: float) -> AdvanceReport:
         """Advance `fluid` by `duration` [s] and count it."""
-        begin = time.perf_counter()
         report = fluid.advance(duration)
-        self.count(duration, time.perf_counter() - begin, report.sub_steps * fluid.particle_count)
+        self.count(duration, report.sub_steps, fluid.particle_count)
         return report
 
-    def count(self, duration: float, wall_seconds: float, particle_steps: int) -> None:
-        """Count the work of something else than `advance` that went on by `duration` [s]."""
-        self.wall_seconds += wall_seconds
-        self.particle_steps += particle_steps
+    def count(self, duration: float, steps: int, particles: int) -> None:
+        """Count the work of something that went on by `duration` [s] in so many steps."""
+        self.particles = max(self.particles, particles)
+        self.particle_steps += steps * particles
         self._done += duration
         self.progress(min(1.0, self._done / self._planned))
 
@@ -144,6 +142,7 @@ class Case:
     resolutions  coarse to fine, the last one is the reference
     run          run(resolution, bench) -> Outcome
     spacings     how many of them, coarse first, a run of all cases takes; asked for by name a case runs them all
+    own_step     whether its fluids have the step of a scenario: half of it is not asked for
     note         limits of the measurement, for the report
     """
 
@@ -159,4 +158,5 @@ class Case:
     panels: tuple[Panel, ...]
     run: Callable[[int, Bench], Outcome]
     spacings: int = 3
+    own_step: bool = False
     note: str = ""

@@ -1,16 +1,11 @@
-"""The report: how errors and gates become rows, the Markdown table, the JSON file and one picture a case."""
+"""The page of the validation and its figures, from the records in `docs/validation/`: every number comes from a run that is on record."""
 
 from __future__ import annotations
 
-import json
 import math
-import os
-import platform
-import subprocess
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 
@@ -19,59 +14,51 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
 from coupling.testkit.body_checks import order_of_convergence
-from tests.validation.case import Case, Outcome, Panel, Quantity, Trace
+from tests.validation.case import Case, Panel, Quantity, Trace, trace
+from tests.validation.cases import CASES
+from tests.validation.jobs import ROOT, Record, record_file, records
 
 COLORS = ("#9ecae1", "#4292c6", "#08306b")  # coarse, middle, reference
 STYLES = ("-", "--", "-.", ":")
-NOT_RUN = Outcome(values={})
+PAGE = ROOT / "docs" / "validation.md"
+PICTURES = ROOT / "docs" / "pictures" / "validation"
+INTRODUCTION = """# Validation
 
-
-@dataclass(frozen=True, kw_only=True)
-class Level:
-    """One run of a case: resolution, what it measured, its cost; `failure` is the error that ended it."""
-
-    resolution: int
-    outcome: Outcome = NOT_RUN
-    wall_seconds: float = 0.0
-    particle_steps: int = 0
-    advance_seconds: float = 0.0
-    failure: str = ""
-
-    @property
-    def rate(self) -> float:
-        """Particle-steps per second of wall time spent in advances."""
-        return self.particle_steps / self.advance_seconds if self.advance_seconds > 0.0 else 0.0
+**What came of every case when it was last run?** `make validate` runs the cases whose code has changed and writes this page from their
+records, `docs/validation/*.json`. A gate is judged at the finest spacing; in brackets where that was not run.
+"""
 
 
 @dataclass(frozen=True)
 class CaseResult:
-    """A case and its runs, coarse to fine."""
+    """A case and its records at the default step, coarse to fine, and at half the step."""
 
     case: Case
-    levels: list[Level] = field(default_factory=list)
+    levels: list[Record] = field(default_factory=list)
+    halves: list[Record] = field(default_factory=list)
 
     @property
     def complete(self) -> bool:
         """Whether the reference spacing has been run."""
-        return bool(self.levels) and self.levels[-1].resolution == self.case.resolutions[-1]
+        return bool(self.levels) and self.levels[-1]["resolution"] == self.case.resolutions[-1]
 
     @property
     def failed(self) -> bool:
         """Whether a run could not be finished."""
-        return any(level.failure for level in self.levels)
+        return any(level["failure"] for level in (*self.levels, *self.halves))
 
     def values(self, quantity: Quantity) -> list[float]:
         """The measured values, NaN where there is none."""
-        return [level.outcome.values.get(quantity.name, math.nan) for level in self.levels]
+        return [value_of(level, quantity) for level in self.levels]
 
     def order(self, quantity: Quantity) -> float:
         """Measured order of convergence of the error."""
-        spacings = [self.case.length / level.resolution for level in self.levels]
+        spacings = [self.case.length / level["resolution"] for level in self.levels]
         return order_of_convergence(spacings, [quantity.error(value) for value in self.values(quantity)])
 
     def verdict(self, quantity: Quantity) -> str:
         """pass, MISSED, CANNOT RUN, or a dash for what has no gate; in brackets before the reference spacing is run."""
-        if self.levels[-1].failure:
+        if self.levels[-1]["failure"]:
             return "CANNOT RUN"
         passed = quantity.passes(self.values(quantity))
         if passed is None:
@@ -79,48 +66,55 @@ class CaseResult:
         word = "pass" if passed else "MISSED"
         return word if self.complete else f"({word})"
 
+    def at_half_step(self, quantity: Quantity) -> str:
+        """The value at half the step, in bold where it differs from that at the same spacing by more than half the gate."""
+        for half in self.halves:
+            whole = next((level for level in self.levels if level["resolution"] == half["resolution"]), None)
+            if whole is not None:
+                value = value_of(half, quantity)
+                hangs = change_over_gate(quantity, value_of(whole, quantity), value) > 0.5
+                return f"**{number(value)}**" if hangs else number(value)
+        return ""
 
-def unexpected(results: list[CaseResult], known: frozenset[tuple[str, str]]) -> tuple[list[str], list[str]]:
+
+def result_of(case: Case) -> CaseResult:
+    """Read what is on record of a case."""
+    found = records(case)
+    return CaseResult(case, [one for one in found if one["step"] == 1.0], [one for one in found if one["step"] != 1.0])
+
+
+def value_of(record: Record, quantity: Quantity) -> float:
+    """Return what a run measured, NaN where it could not."""
+    value = record["values"].get(quantity.name)
+    return math.nan if value is None else float(value)
+
+
+def change_over_gate(quantity: Quantity, whole: float, half: float) -> float:
+    """Change of a value from the default to half the step, over its gate; NaN without a gate, infinite where a gate of 0 allows none."""
+    if quantity.gate is None:
+        return math.nan
+    scale = abs(quantity.reference) if quantity.scale is None else quantity.scale
+    allowed, change = scale * quantity.gate, abs(whole - half)
+    return change / allowed if allowed > 0.0 else math.inf if change > 0.0 else 0.0
+
+
+def unexpected(results: Iterable[CaseResult], known: frozenset[tuple[str, str]]) -> tuple[list[str], list[str]]:
     """The gates that are missed though they are no `known` misses, and the known misses that are met, each as case and quantity.
 
     Only the reference spacing counts.
     """
     found: dict[str, list[str]] = {"MISSED": [], "pass": []}
     for result in results:
-        for quantity in result.case.quantities:
+        for quantity in result.case.quantities if result.levels else ():
             verdict, is_known = result.verdict(quantity), (result.case.name, quantity.name) in known
             if verdict == ("pass" if is_known else "MISSED"):
                 found[verdict].append(f"{result.case.name}, {quantity.name}")
     return found["MISSED"], found["pass"]
 
 
-def hardware() -> str:
-    """Processor, cores in use, and the versions that matter for speed."""
-    model = platform.processor() or platform.machine()
-    information = Path("/proc/cpuinfo")
-    if information.exists():
-        names = [line.split(":", 1)[1].strip() for line in information.read_text().splitlines() if "model name" in line]
-        model = names[0] if names else model
-    return (
-        f"{model}, {os.cpu_count()} cores; Python {platform.python_version()}, numba {version('numba')}, "
-        f"numpy {version('numpy')}"
-    )
-
-
-def revision() -> str:
-    """The revision of the checkout, or "unknown"."""
-    try:
-        command = ["git", "describe", "--always", "--dirty"]
-        return subprocess.run(
-            command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True
-        ).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-
-
 def number(value: float) -> str:
-    """Five significant figures, or a dash."""
-    return f"{value:.5g}" if math.isfinite(value) else "-"
+    """Four significant figures, or a dash."""
+    return f"{value:.4g}" if math.isfinite(value) else "-"
 
 
 def gate_text(quantity: Quantity) -> str:
@@ -141,115 +135,80 @@ def error_text(quantity: Quantity, value: float) -> str:
     return f"{error:.3g}" if quantity.scale is not None else f"{100 * error:.3g} %"
 
 
-HEADER = (
-    "| # | case | quantity | reference | coarse | middle | finest | error | order | gate | verdict | wall time [s] | particle-steps / s |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
-)
-
-
-def rows(result: CaseResult) -> list[str]:
-    """A case's rows of the table."""
-    case, lines = result.case, []
-    for index, quantity in enumerate(case.quantities):
-        values = result.values(quantity)
-        cells = [number(value) for value in values] + [""] * (3 - len(values))
-        wall = f"{sum(level.wall_seconds for level in result.levels):.0f}" if index == 0 else ""
-        rate = f"{result.levels[-1].rate:.3g}" if index == 0 else ""
-        link = f"[{case.name}]({case.name}.png)" if case.panels else case.name
-        name = link if index == 0 else ""
-        unit = "" if quantity.unit == "1" else f" [{quantity.unit}]"
-        lines.append(
-            f"| {case.number if index == 0 else ''} | {name} | {quantity.name}{unit} | {number(quantity.reference)} | "
-            + " | ".join(cells)
-            + f" | {error_text(quantity, values[-1])} | {number(result.order(quantity))} | {gate_text(quantity)} | "
-            + f"{result.verdict(quantity)} | {wall} | {rate} |"
-        )
-    return lines
-
-
-def markdown(results: list[CaseResult], threads: int | None) -> str:
-    """The whole report."""
-    gates = [result.verdict(quantity) for result in results for quantity in result.case.quantities]
-    wall = sum(level.wall_seconds for result in results for level in result.levels)
-    text = "# Validation\n\n"
-    text += f"{hardware()}; {threads or 'all'} threads; revision {revision()}; {wall / 60:.1f} minutes.\n\n"
-    text += f"{gates.count('pass')} gates passed, {gates.count('MISSED')} missed, {gates.count('CANNOT RUN')} could not run.\n"
-    text += (
-        "Errors, orders and gates are those of the finest run; in brackets where the reference spacing was not run.\n\n"
-    )
-    text += HEADER + "\n".join(line for result in results for line in rows(result)) + "\n"
-    for result in results:
-        text += _section(result)
-    return text
-
-
-def _section(result: CaseResult) -> str:
-    """Set-up, source, spacings, costs, notes and picture of a case."""
-    case = result.case
-    text = f"\n## {case.number}. {case.title}\n\n{case.setup[0].upper()}{case.setup[1:]}. Reference: {case.source}.\n"
-    for level in result.levels:
-        text += f"- d = {case.length_symbol}/{level.resolution} = {case.length / level.resolution:.4g} m: "
-        text += (
-            f"failed: {level.failure}\n"
-            if level.failure
-            else f"{level.wall_seconds:.1f} s, {level.rate:.3g} particle-steps/s\n"
-        )
-    note = f"\nNote: {case.note}\n" if case.note else ""
-    picture = f"\n![{case.title}]({case.name}.png)\n" if case.panels else ""
-    return text + note + picture
-
-
-def document(results: list[CaseResult], threads: int | None) -> dict[str, Any]:
-    """The report as plain data, for a program."""
-    return {
-        "hardware": hardware(),
-        "threads": threads,
-        "revision": revision(),
-        "cases": [_case_document(result) for result in results],
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _case_document(result: CaseResult) -> dict[str, Any]:
-    levels = [
-        {
-            "resolution": level.resolution,
-            "particle_spacing": result.case.length / level.resolution,
-            "wall_s": level.wall_seconds,
-            "particle_steps": level.particle_steps,
-            "particle_steps_per_s": level.rate,
-            "failure": level.failure,
-            "curves": [
-                {
-                    "panel": each.panel,
-                    "label": each.label,
-                    "reference": each.reference,
-                    "x": each.x.tolist(),
-                    "y": each.y.tolist(),
-                }
-                for each in level.outcome.traces
-            ],
-        }
-        for level in result.levels
-    ]
-    quantities = [
-        {
-            "name": quantity.name,
-            "unit": quantity.unit,
-            "reference": quantity.reference,
-            "values": [_finite(value) for value in result.values(quantity)],
-            "errors": [_finite(quantity.error(value)) for value in result.values(quantity)],
-            "order": _finite(result.order(quantity)),
-            "gate": quantity.gate,
-            "change_gate": quantity.change,
-            "verdict": result.verdict(quantity),
-        }
+def page(results: Iterable[CaseResult]) -> str:
+    """Write the whole page of Markdown."""
+    results = [result for result in results if result.levels]
+    gates = [
+        (result, quantity, verdict)
+        for result in results
         for quantity in result.case.quantities
+        if (verdict := result.verdict(quantity)) != "-"
     ]
-    return {"number": result.case.number, "name": result.case.name, "levels": levels, "quantities": quantities}
+    met, missed = ([gate for gate in gates if gate[2].strip("()") == word] for word in ("pass", "MISSED"))
+    text = (
+        INTRODUCTION + f"\n{len(results)} of {len(CASES)} cases are on record. Of {len(gates)} gates {len(met)} are met"
+    )
+    text += f", {len(missed)} missed:\n\n" if missed else ".\n"
+    text += "".join(
+        f"- [{result.case.name}](#{_anchor(result.case)}): {quantity.name}, {error_text(quantity, result.values(quantity)[-1])}"
+        f"{'' if result.complete else ', at ' + str(result.case.resolutions[len(result.levels) - 1]) + ' spacings'}\n"
+        for result, quantity, _ in missed
+    )
+    never = [case.name for case in CASES if case.name not in {result.case.name for result in results}]
+    text += f"\nWithout a record: {', '.join(never)}.\n" if never else ""
+    return text + "".join(section(result) for result in results)
+
+
+def section(result: CaseResult) -> str:
+    """Write what a case is, the table of its quantities, its costs, note and figure."""
+    case, step = result.case, bool(result.halves)
+    heads = [f"{case.length_symbol}/{level['resolution']}" for level in result.levels]
+    columns = [
+        "quantity",
+        "reference",
+        *heads,
+        "error",
+        "order",
+        "gate",
+        "verdict",
+        *(["half the step"] if step else []),
+    ]
+    text = f"\n## {case.number}. {case.title}\n\n{case.setup[0].upper()}{case.setup[1:].rstrip('.')}. Reference: {case.source}.\n\n"
+    text += f"| {' | '.join(columns)} |\n{'|---' * len(columns)}|\n"
+    for quantity in case.quantities:
+        values, unit = result.values(quantity), "" if quantity.unit == "1" else f" [{quantity.unit}]"
+        cells = [
+            quantity.name + unit, number(quantity.reference), *map(number, values), error_text(quantity, values[-1]),
+            number(result.order(quantity)), gate_text(quantity), result.verdict(quantity),
+            *([result.at_half_step(quantity)] if step else []),
+        ]  # fmt: skip
+        text += f"| {' | '.join(cells)} |\n"
+    text += f"\n`{case.name}`: " + "; ".join(map(_cost, (*result.levels, *result.halves))) + ".\n"
+    text += f"\n{case.note[0].upper()}{case.note[1:].rstrip('.')}.\n" if case.note else ""
+    return text + (f"\n![{case.title}](pictures/validation/{case.name}.png)\n" if case.panels else "")
+
+
+def _anchor(case: Case) -> str:
+    """The anchor that the site gives a case's heading."""
+    kept = "".join(sign for sign in f"{case.number}. {case.title}".lower() if sign.isalnum() or sign in " -_")
+    return "-".join(kept.split())
+
+
+def _cost(level: Record) -> str:
+    """What a run cost, of which code."""
+    name = f"{level['resolution']}" + ("" if level["step"] == 1.0 else f", {level['step']:g} of the step")
+    what = level["failure"] or f"{level['particles']} particles, {level['cpu_s']:.3g} s of processor time"
+    return f"{name}: {what}, {level['revision']}, {level['date']}"
+
+
+def traces_of(record: Record, panel: str) -> list[Trace]:
+    """Return a record's curves of one panel."""
+    chosen = [one for one in record["curves"] if one["panel"] == panel]
+    values = [[[math.nan if each is None else each for each in one[axis]] for axis in ("x", "y")] for one in chosen]
+    return [
+        trace(panel, x, y, one["label"], one["reference"], one["markers"])
+        for one, (x, y) in zip(chosen, values, strict=True)
+    ]
 
 
 def _draw_trace(axes: Axes, each: Trace, color: str, style: str, label: str, width: float) -> None:
@@ -260,12 +219,12 @@ def _draw_trace(axes: Axes, each: Trace, color: str, style: str, label: str, wid
 
 def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
     """Every level's curves in blues, dark is fine; theory and experiment in black and orange."""
-    chosen = [[each for each in level.outcome.traces if each.panel == panel.name] for level in result.levels]
+    chosen = [traces_of(level, panel.name) for level in result.levels]
     kinds = list(dict.fromkeys(each.label for level in chosen for each in level if not each.reference))
     used: set[str] = set()
     first = 3 - len(chosen) if result.complete else 0
     for index, (level, traces) in enumerate(zip(result.levels, chosen, strict=True)):
-        spacing = f"d = {result.case.length_symbol}/{level.resolution}"
+        spacing = f"d = {result.case.length_symbol}/{level['resolution']}"
         for each in (each for each in traces if not each.reference):
             label = f"{each.label}, {spacing}" if each.label else spacing
             label = "_nolegend_" if label in used else label
@@ -306,11 +265,25 @@ def draw(result: CaseResult, path: Path) -> None:
     plt.close(figure)
 
 
-def write(results: list[CaseResult], folder: Path, threads: int | None) -> None:
-    """Write validation.md, validation.json and the pictures into `folder`."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for result in results:
-        if result.case.panels:
-            draw(result, folder / f"{result.case.name}.png")
-    (folder / "validation.md").write_text(markdown(results, threads), encoding="utf-8")
-    (folder / "validation.json").write_text(json.dumps(document(results, threads), indent=1), encoding="utf-8")
+def write() -> None:
+    """Write the page from what is on record."""
+    PAGE.write_text(page(map(result_of, CASES)), encoding="utf-8")
+
+
+def draw_all() -> None:
+    """Draw the figure of each case whose records are newer than it."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    for result in map(result_of, CASES):
+        picture = PICTURES / f"{result.case.name}.png"
+        if result.levels and result.case.panels and not is_newer(picture, record_file(result.case)):
+            draw(result, picture)
+
+
+def is_newer(one: Path, other: Path) -> bool:
+    """Tell whether a file is there and was written after another."""
+    return one.exists() and one.stat().st_mtime > other.stat().st_mtime
+
+
+def on_pre_build(**_: object) -> None:
+    """Draw the figures before the site is built, as a hook of mkdocs."""
+    draw_all()

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from rich.console import Console
 
 from oilsim import FluidConfig
-from tests.validation import half_step, report
-from tests.validation.__main__ import main, run_level, status_of
+from tests.validation import jobs, report
+from tests.validation.__main__ import main, status_of
 from tests.validation.bodies import wave_flume
 from tests.validation.bodies.floating import SIZE, solids
 from tests.validation.bodies.released import cylinder_added_mass, sphere_added_mass, turning_points
@@ -44,28 +44,85 @@ def made_up(resolution, bench):
     )
 
 
-def test_report_tells_order_gate_and_verdict(tmp_path):
+def on_record(case: Case, *wanted: tuple[int, float]) -> report.CaseResult:
+    """Run a case at resolutions and shares of the step, keep the records and read them back."""
+    for resolution, share in wanted:
+        jobs.keep(case, jobs.run(jobs.Job(case, resolution, share), Bench(threads=1, step_share=share)))
+    return report.result_of(case)
+
+
+@pytest.fixture
+def of_its_own(tmp_path, monkeypatch):
+    """Records and a page of the test's own; a made-up case has no file."""
+    monkeypatch.setattr(jobs, "RECORDS", tmp_path)
+    monkeypatch.setattr(report, "PAGE", tmp_path / "page.md")
+    named = jobs.sources
+    monkeypatch.setattr(jobs, "sources", lambda name: "made up" if name == "made-up" else named(name))
+
+
+def test_page_tells_order_gate_and_verdict(of_its_own, tmp_path):
     case = case_that(made_up)
-    result = report.CaseResult(case, [run_level(case, n, Bench()) for n in case.resolutions])
-    report.write([result], tmp_path, 1)
-    found = json.loads((tmp_path / "validation.json").read_text())["cases"][0]["quantities"]
-    assert [each["verdict"] for each in found] == ["pass", "MISSED"]
-    assert found[0]["order"] == pytest.approx(2.0)
-    assert found[0]["errors"][-1] == pytest.approx(0.005)
-    assert "MISSED" in (tmp_path / "validation.md").read_text()
+    result = on_record(case, (4, 1.0), (1, 1.0), (2, 1.0))  # in any order
+    good, bad = case.quantities
+    assert [result.verdict(good), result.verdict(bad)] == ["pass", "MISSED"]
+    assert result.order(good) == pytest.approx(2.0, rel=1e-4)
+    told = report.page([result])
+    assert "| good [m] | 2 | 2.16 | 2.04 | 2.01 | 0.5 % | 2 | 1 % | pass |" in told
+    assert "- [made-up](#99-made-up): bad, 0.5\n" in told
+    report.draw(result, tmp_path / "made-up.png")
     assert (tmp_path / "made-up.png").stat().st_size > 1000
 
 
-def test_a_case_that_breaks_is_told_and_not_hidden(tmp_path):
+def test_a_case_that_breaks_is_told_and_not_hidden(of_its_own):
     def breaks(resolution, bench):
         raise ValueError("no such tank")
 
     case = case_that(breaks)
-    result = report.CaseResult(case, [run_level(case, 1, Bench())])
-    report.write([result], tmp_path, None)
+    result = on_record(case, (1, 1.0))
     assert result.failed
-    assert "no such tank" in (tmp_path / "validation.md").read_text()
+    assert "no such tank" in report.page([result])
     assert result.verdict(case.quantities[0]) == "CANNOT RUN"
+
+
+def test_a_later_record_takes_the_place_of_the_earlier(of_its_own):
+    values = iter([1.0, math.nan])
+    case = case_that(lambda resolution, bench: Outcome(values={"good": next(values)}))
+    assert on_record(case, (1, 1.0)).values(case.quantities[0]) == [1.0]
+    assert math.isnan(on_record(case, (1, 1.0)).values(case.quantities[0])[0])
+
+
+def test_jobs_of_changed_code_are_stale_and_the_most_valuable_come_first(of_its_own, monkeypatch):
+    case = case_that(made_up)
+    on_record(case, (1, 1.0), (4, 1.0))
+    asked = jobs.jobs([case])
+    assert [(job.resolution, job.step_share) for job in asked] == [(1, 1.0), (2, 1.0), (4, 1.0), (1, 0.5)]
+    assert [job.resolution for job in asked if job.is_stale] == [2, 1]
+    monkeypatch.setattr(jobs, "sources", lambda name: "changed")
+    assert [(job.resolution, job.step_share) for job in jobs.by_worth(asked)][:2] == [(2, 1.0), (1, 0.5)]
+    assert all(job.is_stale for job in asked)
+
+
+def test_words_leave_the_code_as_it_is_and_numbers_do_not(tmp_path, monkeypatch):
+    monkeypatch.setattr(jobs, "ROOT", tmp_path)
+    told = []
+    for number, text in enumerate(['"""Say."""\nx = 1\n', '"""Say more."""  # why\nx = 1\n', "x = 2\n"]):
+        (tmp_path / f"{number}.py").write_text(text)
+        told.append(jobs.code(Path(f"{number}.py")))
+    assert told[0] == told[1] != told[2]
+
+
+def test_page_is_that_of_the_records():
+    assert report.PAGE.read_text(encoding="utf-8") == report.page(map(report.result_of, CASES)), "run make validate"
+
+
+def test_records_are_of_cases_and_their_quantities():
+    known = {case.name: case for case in CASES}
+    files = list(jobs.RECORDS.glob("*.json"))
+    assert files
+    for file in files:
+        for record in jobs.records(known[file.stem]):
+            missing = {one.name for one in known[file.stem].quantities} - set(record["values"])
+            assert record["failure"] or not missing, file.name
 
 
 @pytest.mark.parametrize(
@@ -86,7 +143,7 @@ def test_a_missed_gate_that_is_not_known_ends_with_1(missed, level, failure, sta
             quantity.name: quantity.reference + (99.0 if f"{case.name}, {quantity.name}" in missed else 0.0)
             for quantity in case.quantities
         }
-        one = report.Level(resolution=case.resolutions[level], outcome=Outcome(values=values), failure=failure)
+        one = {"resolution": case.resolutions[level], "step": 1.0, "values": values, "failure": failure}
         results.append(report.CaseResult(case, [one]))
     assert status_of(results, Console()) == status
     assert capsys.readouterr().out.splitlines() == told
@@ -97,18 +154,15 @@ def test_known_misses_are_gates_of_cases():
     assert gates >= KNOWN_MISSES
 
 
-def test_half_the_step_shows_what_hangs_on_it(tmp_path, monkeypatch):
+def test_half_the_step_shows_what_hangs_on_it(of_its_own):
     """The good quantity moves by a tenth of its gate, the bad one by 30 gates."""
 
     def run(resolution, bench):
         return Outcome(values={"good": 2.0 + 0.002 * bench.step_share, "bad": 0.6 * bench.step_share})
 
     case = case_that(run)
-    monkeypatch.setattr(half_step, "select", lambda names: [case])
-    table = tmp_path / "table.md"
-    assert half_step.main(["made-up", "--threads", "1", "--output", str(table)]) == 0
-    verdicts = [row.split(" | ")[6] for row in table.read_text().splitlines()[2:]]
-    assert verdicts == ["no", "YES"]
+    result = on_record(case, (1, 1.0), (1, 0.5))
+    assert [result.at_half_step(one) for one in case.quantities] == ["2.001", "**0.3**"]
     config = FluidConfig(particle_spacing=0.1, phases=(liquid(),), lower=(0, 0, 0), upper=(1, 1, 1))
     halved = Bench(threads=1, step_share=0.5).fluid(config).config
     assert halved.longest_time_step == 0.5 * config.longest_time_step
@@ -117,16 +171,24 @@ def test_half_the_step_shows_what_hangs_on_it(tmp_path, monkeypatch):
 
 def test_a_gate_of_zero_allows_no_change():
     exact = Quantity(name="lost", unit="1", reference=0.0, gate=0.0, scale=1.0)
-    assert half_step.change_over_gate(exact, 0.0, 0.0) == 0.0
-    assert half_step.change_over_gate(exact, 0.0, 1.0) == math.inf
+    assert report.change_over_gate(exact, 0.0, 0.0) == 0.0
+    assert report.change_over_gate(exact, 0.0, 1.0) == math.inf
 
 
-def test_command_runs_the_cheapest_case(tmp_path, capsys):
-    assert main(["elliptical-drop", "--levels", "1", "--threads", "1", "--output", str(tmp_path)]) == 0
-    found = json.loads((tmp_path / "validation.json").read_text())["cases"][0]
-    assert found["name"] == "elliptical-drop"
-    assert found["levels"][0]["particle_steps"] > 0
-    assert all(math.isfinite(each["values"][0]) for each in found["quantities"])
+def test_command_runs_what_is_stale_within_its_budget(of_its_own, tmp_path, capsys):
+    command = ["elliptical-drop", "--levels", "1", "--threads", "1"]
+    assert main([*command, "--budget", "1h"]) == 0
+    assert "2 of 2 jobs to run" in capsys.readouterr().out
+    (case,) = select("elliptical-drop")
+    whole, half = jobs.records(case)
+    assert (whole["step"], half["step"]) == (1.0, 0.5)
+    assert whole["particle_steps"] > 0
+    assert all(math.isfinite(value) for value in whole["values"].values())
+    assert "## 8. Elliptical drop" in (tmp_path / "page.md").read_text()
+    assert main(command) == 0
+    assert "0 of 2 jobs to run" in capsys.readouterr().out
+    assert main([*command, "--again", "--budget", "0.01s"]) == 0
+    assert "2 jobs are left for another time" in capsys.readouterr().out
 
 
 def test_unknown_case_is_refused(capsys):

@@ -149,7 +149,7 @@ def stream_ramp(resolution: int, bench: Bench) -> Outcome:
         speed = BEGIN + RISE * max(0.0, simulation.communication_point.time - SETTLED)
         assembly.controls.drive({"sea.current.speed": speed, "sea.current.direction": math.pi})
         simulation.step()
-        bench.count(step, 0.0, assembly.fluid.particle_count)
+        bench.count(step, 1, assembly.fluid.particle_count)
         report = assembly.scoring.booms[0].oil
         lost = report.passed - report.lost["around_ends"]  # a slick may grow out of the mouth: no loss under way
         share = lost / (report.all_lost + report.contained)
@@ -216,6 +216,7 @@ BOOM_LOSSES = Case(
         ),
     ),
     panels=(Panel("loss", "speed [kn]", "loss [% of the pool a minute]", y_range=(0.0, 50.0)),),
+    own_step=True,
     run=boom_losses,
     note="the spacing is the time step; the rates' coefficient is calibrated to the last gate, so only its order of magnitude is tested.",
 )
@@ -238,6 +239,7 @@ BOOM_RAMP = Case(
         Quantity(name="modelled part of it", unit="1", reference=1.0),
     ),
     panels=(Panel("lost", "current [kn]", "lost [% of the oil]"),),
+    own_step=True,
     run=stream_ramp,
     spacings=2,
     note="2.5, 4 and 6 spacings of draft; the change allowed between two spacings is 0.05 kn.",

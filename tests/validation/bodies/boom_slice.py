@@ -278,6 +278,7 @@ BOOM_SLICE = Case(
         Panel("rate", "current [kn]", "loss [% of the pool a minute]", y_range=(0.0, 100.0), band=PRACTICE),
         Panel("lost", "current [kn]", "passed [% of the oil]", y_range=(0.0, 10.0), band=PRACTICE),
     ),
+    own_step=True,
     run=boom_slice,
     spacings=2,
     note=f"2.5, 4, 6 and 8 spacings of draft. The slice has no flow along the boom. A pool of {POOL:g} m2 is small: "
@@ -300,6 +301,7 @@ BOOM_ROUNDING = Case(
         Quantity(name="mean loss", unit="1", reference=0.1),
     ),
     panels=(Panel("loss", "run", "passed [% of the oil]"),),
+    own_step=True,
     run=rounding,
     spacings=1,
 )
@@ -321,6 +323,7 @@ BOOM_HELD_OUT = Case(
         Quantity(name="first loss over that of the closures alone", unit="1", reference=1.0, gate=0.1),
     ),
     panels=(Panel("lost", "current [kn]", "passed [% of the oil]", y_range=(0.0, 10.0), band=PRACTICE),),
+    own_step=True,
     run=held_out,
     spacings=2,
     note="the onset of entrainment is calibrated to medium crude of 875 kg/m3 and 0.020 N/m alone.",

@@ -80,6 +80,7 @@ WINDOW_AGREEMENT = Case(
         ),
     ),
     panels=(Panel("shape", "x [m]", "y [m], mean line"),),
+    own_step=True,
     run=window_agreement,
     spacings=1,
     note="particles everywhere have a basin 9 m wide, of which the U blocks 60 %; windows and formulas have the open sea.",

@@ -9,7 +9,6 @@ the mean level counts. No water sleeps, so that the particles have to keep what 
 from __future__ import annotations
 
 import math
-import time
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -49,9 +48,8 @@ def gauged(description: SeaDescription, spacing: float, bench: Bench, duration: 
     window = Window(settings, Sea(description), water, bench.threads)
     times, surface = [], []
     for index in range(round(duration / step)):
-        begin = time.perf_counter()
         report = window.fluid.advance(step)
-        bench.count(step, time.perf_counter() - begin, report.sub_steps * window.fluid.particle_count)
+        bench.count(step, report.sub_steps, window.fluid.particle_count)
         now = (index + 1) * step
         top = window.places(now)[window.fluid.particles.position[2] > -spacing]
         order = np.argsort(top[:, 0])
@@ -166,6 +164,7 @@ WINDOW_RIM = Case(
         Panel("gauge", "t [s]", "surface in the middle [m]"),
         Panel("spectrum", "frequency [Hz]", "power over the sea's largest [1]"),
     ),
+    own_step=True,
     run=window_rim,
     spacings=1,
     note="particles carry only what differs from the sea, so these runs show what they add by themselves: noise, and the error of the map.",
