@@ -23,14 +23,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from oilsim.backend.jit import FAST, HALF, ONE, ZERO, inlined
+from oilsim.backend.jit import FAST, HALF, ONE, ZERO
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.neighborhood.neighbor_search import nearest_images
 
 Real = NDArray[np.float32]
 Double = NDArray[np.float64]
-Ranges = tuple[NDArray[np.int64], NDArray[np.int64]]
+Ends = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 # [d] from a point of a wall, within which its face's points make a plane; numerical; the nearest ones on all sides
 NEAR = 1.75
@@ -141,26 +142,21 @@ def surface_shape(boundary: BoundaryParticles, spacing: float, dimension: int) -
     points = boundary.position[face] / spacing
     if len(points) == 0:
         return shapes
-    order, ranges = cell_ranges(points, points, FIT)
-    points, (first, last) = points[order], (each[order] for each in ranges)
-    moments = np.zeros((len(points), 3, 3))
-    plane_moments(points, first, last, NEAR, moments)
+    pairs = pairs_within(points, FIT)
+    moments = plane_moments(points, pairs_within(points, NEAR))
     if dimension == 2:
         moments[:, 1, 1] = FIT**2 * len(points)  # the axis that is absent comes last
     size, axes = np.linalg.eigh(moments)
     normal = np.where((size[:, 1] > size[:, 0])[:, None], axes[:, :, 0], 0.0)
-    frame = np.ascontiguousarray(axes.transpose(0, 2, 1))
-    sums = np.zeros((len(points), 6, 8))
-    quadric_sums(points, first, last, frame, (FIT, ALIKE), sums)
-    operator, alike = _shape_operators(sums, frame, 6 if dimension == 3 else 3), np.zeros(len(points))
-    marked_share(points, first, last, FIT, operator.any(axis=1), alike)
+    frame = axes.transpose(0, 2, 1)
+    operator = _shape_operators(quadric_sums(points, pairs, frame), frame, 6 if dimension == 3 else 3)
+    curved = np.any(operator != 0.0, axis=1)
+    alike = np.bincount(pairs[0], np.asarray(curved)[pairs[1]]) / np.bincount(pairs[0])
     operator[alike < 0.5] = 0.0  # a sampled flat side has curved points near its edges, but one by one
-    found = np.empty((len(points), 9))
-    found[order] = np.concatenate([normal, operator / spacing], axis=1)
-    if not found[:, 3:].any():
+    if not operator.any():
         return shapes
-    shapes[face] = found
-    shapes[~face] = _of_nearest(boundary.position[~face] / spacing, points, found[order], spacing)
+    shapes[face] = found = np.concatenate([normal, operator / spacing], axis=1)
+    shapes[~face] = _of_nearest(boundary.position[~face] / spacing, points, found, spacing)
     return shapes
 
 
@@ -184,12 +180,10 @@ def _shape_operators(sums: Double, frame: Double, unknowns: int) -> Double:
 
 def _of_nearest(places: Double, face: Double, shapes: Double, spacing: float) -> Double:
     """Return the shapes (K, 9) at places (K, 3) [d], each of the nearest of the `face` points (F, 3) [d], bent as deep as the place is."""
-    nearest = np.full(len(places), -1)
-    order, ranges = cell_ranges(places, face, FIT)
-    nearest_points(places, face[order], *ranges, nearest)
-    found = shapes[order][nearest]
-    found[nearest < 0] = 0.0
-    depth = spacing * ((places - face[order][nearest]) * found[:, :3]).sum(axis=1)
+    _, nearest = cKDTree(face).query(places, distance_upper_bound=FIT)
+    found = np.concatenate([shapes, np.zeros((1, 9))])[nearest]  # the last row where none is near
+    beside = np.concatenate([face, np.zeros((1, 3))])[nearest]
+    depth = spacing * ((places - beside) * found[:, :3]).sum(axis=1)
     matrix = _matrices(found[:, 3:])
     found[:, 3:] += _six(depth[:, None, None] * matrix @ matrix)
     return found
@@ -205,114 +199,40 @@ def _six(matrix: Double) -> Double:
     return matrix.reshape(-1, 9)[:, [0, 1, 2, 4, 5, 8]]
 
 
-def cell_ranges(places: Double, points: Double, width: float) -> tuple[NDArray[np.int64], Ranges]:
-    """Return an order of `points` (K, 3), and for each of `places` (Q, 3) nine ranges in it, (Q, 9) each: first, and one after the last.
+def pairs_within(points: Double, radius: float) -> Ends:
+    """Return the ends, (P,) each, of all pairs of points (K, 3) within a radius, in their unit: both ways, and each with itself."""
+    one, other = cKDTree(points).query_pairs(radius, output_type="ndarray").T
+    own = np.arange(len(points))
+    return np.concatenate([own, one, other]), np.concatenate([own, other, one])
 
-    They hold all points within `width`, in their unit.
+
+def plane_moments(points: Double, pairs: Ends) -> Double:
+    """Return sums (K, 3, 3) [d2] of (x - m)(x - m)^T over the points (K, 3) [d] that are paired with each, m being their mean."""
+    first, last = pairs
+    away = points[last] - points[first]
+    count, total = np.bincount(first), _sums(first, away)
+    return _sums(first, away[:, :, None] * away[:, None]) - total[:, :, None] * total[:, None] / count[:, None, None]
+
+
+def quadric_sums(points: Double, pairs: Ends, frame: Double) -> Double:
+    """Return sums (K, 6, 8) of p p^T, p h and, in the first row, h^2 over the points (K, 3) [d] paired with each whose normals agree.
+
+    frame (K, 3, 3): normal and two tangents of each point [1]. With the tangential places a, b and the height h of a point, all over FIT:
+    p = (1, a, b, a^2/2, a b, b^2/2).
     """
-    low = np.minimum(points.min(axis=0), places.min(axis=0, initial=np.inf))
-    cells = np.floor((points - low) / width).astype(np.int64) + 1
-    counts = cells.max(axis=0) + 2
-    own = np.clip(np.floor((places - low) / width).astype(np.int64) + 1, 0, counts)
-
-    def key(cell: NDArray[np.int64]) -> NDArray[np.int64]:
-        return (cell[..., 0] * (counts[1] + 3) + cell[..., 1]) * (counts[2] + 3) + cell[..., 2]
-
-    keys = key(cells)
-    order = np.argsort(keys, kind="stable")
-    columns = np.array([(a, b, 0) for a in (-1, 0, 1) for b in (-1, 0, 1)])
-    middle = key(own[:, None, :] + columns)
-    return order, (
-        np.searchsorted(keys[order], middle - 1, side="left"),
-        np.searchsorted(keys[order], middle + 1, side="right"),
-    )
+    alike = np.abs((frame[pairs[0], 0] * frame[pairs[1], 0]).sum(axis=1)) >= ALIKE
+    first, last = pairs[0][alike], pairs[1][alike]
+    h, a, b = np.einsum("pij,pj->ip", frame[first], points[last] - points[first]) / FIT
+    powers = np.stack([np.ones_like(a), a, b, 0.5 * a * a, a * b, 0.5 * b * b], axis=1)
+    squares = np.zeros_like(powers)
+    squares[:, 0] = h * h
+    columns = np.concatenate([powers, h[:, None]], axis=1)
+    products = np.concatenate([powers[:, :, None] * columns[:, None], squares[:, :, None]], axis=2)
+    return _sums(first, products)
 
 
-@inlined
-def separation(points, j, places, i):
-    """Return x_j - x_i (3) and its square, of points (K, 3) and places (Q, 3), in their unit."""
-    dx, dy, dz = points[j, 0] - places[i, 0], points[j, 1] - places[i, 1], points[j, 2] - places[i, 2]
-    return (dx, dy, dz), dx * dx + dy * dy + dz * dz
-
-
-@inlined
-def along(axes, i, n, away):
-    """Return the component along axis n of the frame i of axes (K, 3, 3) [1] of a vector `away` (3), in its unit."""
-    return axes[i, n, 0] * away[0] + axes[i, n, 1] * away[1] + axes[i, n, 2] * away[2]
-
-
-@njit(**FAST)
-def plane_moments(points, first, last, radius, moments):
-    """Fill moments (K, 3, 3) [d2] with sums of (x - m)(x - m)^T over the points (K, 3) [d] within a radius [d], m being their mean.
-
-    first, last (K, 9): ranges of points [-], as from `cell_ranges`.
-    """
-    for i in range(len(points)):
-        count, mx, my, mz = 0.0, 0.0, 0.0, 0.0
-        for c in range(9):
-            for j in range(first[i, c], last[i, c]):
-                away, square = separation(points, j, points, i)
-                if square <= radius * radius:
-                    count, mx, my, mz = count + 1.0, mx + away[0], my + away[1], mz + away[2]
-                    for row in range(3):
-                        for column in range(3):
-                            moments[i, row, column] += away[row] * away[column]
-        sums = (mx, my, mz)
-        for row in range(3):
-            for column in range(3):
-                moments[i, row, column] -= sums[row] * sums[column] / count
-
-
-@njit(**FAST)
-def quadric_sums(points, first, last, frame, limits, sums):
-    """Fill sums (K, 6, 8) with p p^T, p h and, in the first row, h^2 over the points whose normals agree.
-
-    points (K, 3) [d]; first, last (K, 9): ranges of points, as from `cell_ranges`; frame (K, 3, 3): normal and two tangents of each point
-    [1]; limits: FIT and ALIKE. With the tangential places a, b and the height h of a point, all over FIT: p = (1, a, b, a^2/2, a b, b^2/2).
-    """
-    reach, alike = limits
-    for i in range(len(points)):
-        for c in range(9):
-            for j in range(first[i, c], last[i, c]):
-                away, square = separation(points, j, points, i)
-                normal = (frame[j, 0, 0], frame[j, 0, 1], frame[j, 0, 2])
-                if square > reach * reach or abs(along(frame, i, 0, normal)) < alike:
-                    continue
-                h, a, b = (
-                    along(frame, i, 0, away) / reach,
-                    along(frame, i, 1, away) / reach,
-                    along(frame, i, 2, away) / reach,
-                )
-                powers = (1.0, a, b, 0.5 * a * a, a * b, 0.5 * b * b)
-                for row in range(6):
-                    for column in range(6):
-                        sums[i, row, column] += powers[row] * powers[column]
-                    sums[i, row, 6] += powers[row] * h
-                sums[i, 0, 7] += h * h
-
-
-@njit(**FAST)
-def marked_share(points, first, last, radius, marked, share):
-    """Set share (K,) [1] to how many of the points (K, 3) [d] within a radius [d] are marked (K,) bool; first, last (K, 9): as above."""
-    for i in range(len(points)):
-        count, found = 0.0, 0.0
-        for c in range(9):
-            for j in range(first[i, c], last[i, c]):
-                if separation(points, j, points, i)[1] <= radius * radius:
-                    count, found = count + 1.0, found + marked[j]
-        share[i] = found / count
-
-
-@njit(**FAST)
-def nearest_points(places, points, first, last, nearest):
-    """Set nearest (Q,) to the number of the one of `points` (K, 3) [d] nearest to each of `places` (Q, 3) [d].
-
-    first, last (Q, 9): the ranges of points to look at [-], as from `cell_ranges`.
-    """
-    for i in range(len(places)):
-        least = np.inf
-        for c in range(9):
-            for j in range(first[i, c], last[i, c]):
-                _, square = separation(points, j, places, i)
-                if square < least:
-                    least, nearest[i] = square, j
+def _sums(owner: NDArray[np.int64], values: Double) -> Double:
+    """Add up values (P, ...) by their owners (P,): (K, ...)."""
+    flat = values.reshape(len(values), -1).T
+    added = np.stack([np.bincount(owner, column).astype(np.float64) for column in flat], axis=1)
+    return added.reshape(-1, *values.shape[1:])
