@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Target = Callable[[Mapping[str, Array]], Array]
 
+# [1] spacings along a body whose added mass is told at least; numerical; `added_mass` looks at no more than twice as many
+OUTLINE = 16
 # [d] over which the share of a point of a body goes from 0 to 1; numerical; a support of the particles
 FADE = 2.75
 # [d] from the middle, out into the rim, within which particles meet a body that has no share yet; numerical; two supports
@@ -69,15 +71,22 @@ HYDROSTATIC = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
 
 @dataclass(frozen=True, eq=False)
 class WindowBody:
-    """A body that may meet a window: its surface as particles, and its mesh, both about the centre of mass [m].
+    """A body that may meet a window, about its centre of mass [m].
 
-    lift [N] of the water that a pile displaces in the window where no water bears its foot; middle [m] of that part over its centre.
+    mesh    its surface
+    sample  returns the surface as particles of a spacing [m]; a hull takes seconds, and may never come near
+    lift    [N] of the water that a pile displaces in the window where no water bears its foot
+    middle  [m] of that part over its centre
     """
 
-    surface: BoundaryParticles
     mesh: Trimesh
+    sample: Callable[[float], BoundaryParticles]
     lift: float = 0.0
     middle: float = 0.0
+
+    def outline_spacing(self, spacing: float) -> float:
+        """Return the spacing [m] at which a body far from a window of `spacing` [m] is sampled."""
+        return max(spacing, float(self.mesh.extents.max()) / OUTLINE)
 
 
 class Shares(SavedFields):
@@ -141,12 +150,12 @@ class WindowParticipant(FluidParticipant):
         self.window, self.shares = window, Shares(tuple(bodies))
         self.water_moved = {"out": 0, "back": 0}  # particles
         self._bodies, self._target = dict(bodies), target
-        self._offsets = np.array([gauss_points(body.surface.position) for body in bodies.values()]).reshape(-1, 4, 3)
+        self._offsets = np.zeros((len(bodies), 4, 3))
         self._lift, self._middle = np.array([(body.lift, body.middle) for body in bodies.values()]).reshape(-1, 2).T
-        self._offsets[:, :, 2] += self._middle[:, None]
-        self._reach = np.linalg.norm(self._offsets, axis=2).max(
-            1, initial=0.0
-        )  # [m] of those points from the bodies' middles
+        # [m] of those points from the bodies' middles; of bodies not sampled yet, no less
+        self._reach = np.array([np.linalg.norm(one.mesh.vertices, axis=1).max() for one in bodies.values()])
+        self._reach += np.abs(self._middle)
+        self._measured = np.zeros(len(bodies), bool)
         self._handles: dict[str, int] = {}
         self._steady = np.zeros((len(bodies), 6))  # the same, smoothed over some steps
         self._last = np.zeros(
@@ -210,6 +219,11 @@ class WindowParticipant(FluidParticipant):
         reach = 0.5 * np.array(self.window.rim.size)[along] + motion.farthest + self._reach[:, None]
         near = (np.abs(offset) < reach).all(1)
         near[self._met] = True
+        for n in np.flatnonzero(near & ~self._measured):
+            body = self._bodies[self.shares.names[n]]
+            self._offsets[n] = gauss_points(body.sample(self.window.settings.spacing).position)
+            self._offsets[n, :, 2] += body.middle
+            self._reach[n], self._measured[n] = np.linalg.norm(self._offsets[n], axis=1).max(), True
         return np.flatnonzero(near)
 
     def _inward(self, now: LocalMotion) -> Array:
@@ -239,7 +253,7 @@ class WindowParticipant(FluidParticipant):
             turn = now.turn[n].T @ rotation_matrix(pose[n, 3:])
             if present[n]:
                 self._take_out(body.mesh, now.rest[n], turn)
-                self._handles[name] = self._fluid.add_boundary(body.surface)
+                self._handles[name] = self._fluid.add_boundary(body.sample(self.window.settings.spacing))
             else:
                 self._fluid.remove_boundary(self._handles.pop(name))
                 self._put_back(body.mesh, now.rest[n], turn)
@@ -328,7 +342,8 @@ class WindowParticipant(FluidParticipant):
         config = self._fluid.config
         density = max(phase.rest_density for phase in config.phases)
         turn = np.kron(np.eye(2), rotation_matrix(self._inputs[f"{body}.pose"][3:]))
-        added = added_mass(self._bodies[body].surface, config.particle_spacing, config.dimension, density)
+        spacing = self._bodies[body].outline_spacing(config.particle_spacing)
+        added = added_mass(self._bodies[body].sample(spacing), spacing, config.dimension, density)
         return np.asarray(turn @ added @ turn.T)
 
     def restore_state(self, state: Any) -> None:
@@ -337,7 +352,8 @@ class WindowParticipant(FluidParticipant):
             for handle in self._handles.values():
                 self._fluid.remove_boundary(handle)
             for name, handle in state["handles"].items():
-                self._fluid.add_boundary(self._bodies[name].surface, handle)
+                surface = self._bodies[name].sample(self.window.settings.spacing)
+                self._fluid.add_boundary(surface, handle)
         super().restore_state(state)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,8 @@ from coupling.participants.window import FADE, SharedEnvironment, Target, Window
 from coupling.participants.windows import WindowsParticipant, overlap
 from coupling.solids.hydrostatics import hydrostatics
 from coupling.solids.signed_distance import SignedDistance
-from oilsim import Phase
+from coupling.solids.surface_sampling import LARGEST, SurfaceSampling
+from oilsim import BoundaryParticles, Phase
 from oilsim.sea import Sea
 from oilsim.window.oil_exchange import JointExchange, OilExchange
 from oilsim.window.rim import share_kept
@@ -70,7 +72,9 @@ def couple_windows(
     sampled.
     """
     met = [] if world is None else wetted
-    parts = {name: WindowParticipant(FLUID, one, _surfaces(one, met), targets[name]) for name, one in windows.items()}
+    parts = {
+        name: WindowParticipant(FLUID, one, _window_bodies(one, met), targets[name]) for name, one in windows.items()
+    }
     poses = {} if world is None else {solid.name: world.pose(solid.name) for solid in met}
     for name, one in windows.items():
         one.follow(targets[name](poses), 0.0)
@@ -86,16 +90,27 @@ def couple_windows(
     return couple_participant(participant, fluid, tuple(solid.name for solid in met), world, requested=requested)
 
 
-def _surfaces(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
-    """Return the bodies as a window's particles meet them, by name."""
-    samplings = sampled(met, window.settings.spacing)
-    return {
-        solid.name: WindowBody(
-            surface=replace(surface, displaced=np.empty((0, 4))) if pile else surface, mesh=solid.placed.mesh, **pile
-        )
-        for solid in met
-        for surface, pile in [(solid.surface(samplings[id(solid.placed.mesh)]), _foot_below(window, solid))]
-    }
+def _window_bodies(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
+    """Return the bodies as a window's particles meet them, by name; ScenarioError for those that cannot be sampled.
+
+    A boom's segments share one sampling. Of what is large an outline is sampled, and the rest when it comes near.
+    """
+    kept: dict[tuple[int, float], SurfaceSampling] = {}
+
+    def sample(solid: Solid, is_pile: bool, spacing: float) -> BoundaryParticles:
+        key = id(solid.placed.mesh), spacing
+        if key not in kept:
+            kept[key] = sampled([solid], spacing)[key[0]]
+        surface = solid.surface(kept[key])
+        return replace(surface, displaced=np.empty((0, 4))) if is_pile else surface
+
+    found = {}
+    for solid in met:
+        pile, spacing = _foot_below(window, solid), window.settings.spacing
+        one = WindowBody(solid.placed.mesh, partial(sample, solid, bool(pile)), **pile)
+        one.sample(spacing if solid.placed.mesh.area > LARGEST * spacing**2 else one.outline_spacing(spacing))
+        found[solid.name] = one
+    return found
 
 
 def _foot_below(window: Window, solid: Solid) -> dict[str, float]:

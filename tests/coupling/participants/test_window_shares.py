@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ def participant(waves: bool, middle: tuple[float, float] = (0.0, 0.0), number: i
         WindowSettings(size=SIZE, depth=0.8, spacing=SPACING, rim=RIM), Sea(sea), WATER, threads=1, number=number
     )
     window.follow(np.array(middle), TIME)
-    body = WindowBody(surface=boundary_particles(NAME, BAR, SPACING), mesh=BAR)
+    body = WindowBody(mesh=BAR, sample=partial(boundary_particles, NAME, BAR))
     return WindowParticipant("fluid", window, {NAME: body}, lambda poses: np.array(middle))
 
 
