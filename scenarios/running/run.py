@@ -31,7 +31,7 @@ from scenarios.spec.resolve import RunSpec, numbered, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import FAILED, Problem, ScenarioError
 from scenarios.text.terminal import terminal
-from scenarios.watch.progress import ProgressDisplay
+from scenarios.watch.progress import Compilation, ProgressDisplay
 
 if TYPE_CHECKING:
     from coupling.master.observer_dispatch import Observer
@@ -115,6 +115,7 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
         _require_new(options)
         recorder = _recorder(scenario, options)
         console.print(f"building {scenario.name}", highlight=False, markup=False)
+        compilation = stack.enter_context(Compilation(scenario.name, console))
         branch = _branch(restart, options)
         assembly = _described(build(plan.scenario, text=plan.text, overrides=plan.changes), plan, branch)
         summary, watchers = SummaryObserver(assembly), [watcher(assembly) for watcher in options.watchers]
@@ -122,7 +123,7 @@ def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Cons
         checkpoints = None if folder is None else stack.enter_context(checkpoint_writer(folder, plan))
         pace = Pace(options.pace) if isinstance(options.pace, int | float) else options.pace
         desk = _desk(scenario.name, options, stack, console) if options.takes_orders else None
-        with ProgressDisplay(scenario.name, scenario.run.duration, console) as progress:
+        with ProgressDisplay(scenario.name, scenario.run.duration, console, compilation) as progress:
             loop = RunLoop(
                 plan,
                 assembly,

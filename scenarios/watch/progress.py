@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import time as wall_clock
+from contextlib import ExitStack
 from types import TracebackType
 
+from numba.core.event import Event as NumbaEvent
+from numba.core.event import Listener, install_listener
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
@@ -15,15 +18,55 @@ SECONDS_BETWEEN_LINES = 5.0
 MEMORY = 30.0  # [s] of wall time over which the speed is averaged
 
 
+class Compilation(Listener):
+    """Tells once that kernels are compiled, as in the first run of a version, and counts the `seconds` of wall time that it takes."""
+
+    def __init__(self, name: str, console: Console) -> None:
+        """Prepare to tell it of the run `name`; entered, it listens."""
+        self._name, self._console = name, console
+        self._depth = 0  # compilations under way; only one thread at a time compiles
+        self._begin = 0.0
+        self._stack = ExitStack()
+        self.seconds = 0.0
+
+    def __enter__(self) -> Compilation:
+        self._stack.enter_context(install_listener("numba:compile", self))
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._stack.close()
+
+    def on_start(self, event: NumbaEvent) -> None:
+        """Begin to count at the first of nested compilations."""
+        if self._depth == 0:
+            self._begin = wall_clock.monotonic()
+            if not self.seconds:
+                told = f"{self._name}: compiling kernels, once for each version of their source"
+                self._console.print(told, highlight=False, markup=False)
+        self._depth += 1
+
+    def on_end(self, event: NumbaEvent) -> None:
+        """Count the time after the last of nested compilations."""
+        self._depth -= 1
+        if self._depth == 0:
+            self.seconds += wall_clock.monotonic() - self._begin
+
+
 class ProgressDisplay(Observer):
     """An observer that shows simulated time, real-time factor and the time left."""
 
-    def __init__(self, name: str, duration: float, console: Console) -> None:
-        """Prepare the display; `duration` [s] is the simulated time at which the run ends."""
+    def __init__(self, name: str, duration: float, console: Console, compilation: Compilation | None = None) -> None:
+        """Prepare the display; `duration` [s] is the simulated time at which the run ends.
+
+        The time of a `compilation` counts neither as the run's speed nor as time left.
+        """
+        self._compilation = compilation
         self._name = name
         self._duration = duration
         self._console = console
-        self._marks: list[tuple[float, float]] = []  # wall and simulated time, over the last MEMORY seconds
+        self._marks: list[
+            tuple[float, float]
+        ] = []  # wall, less what compiling took, and simulated time, over the last MEMORY seconds
         self._last_line = wall_clock.monotonic()
         self._bar: Progress | None = None
         if console.is_terminal:
@@ -54,8 +97,8 @@ class ProgressDisplay(Observer):
     def step_completed(self, frame: Frame) -> None:
         """Move the bar, or write a line if the last one is old enough."""
         now = wall_clock.monotonic()
-        self._marks.append((now, frame.time))
-        while len(self._marks) > 2 and now - self._marks[0][0] > MEMORY:
+        self._marks.append((now - (self._compilation.seconds if self._compilation else 0.0), frame.time))
+        while len(self._marks) > 2 and self._marks[-1][0] - self._marks[0][0] > MEMORY:
             self._marks.pop(0)
         if self._bar is not None:
             self._bar.update(self._task, completed=frame.time, state=self._state(frame.time))
