@@ -32,10 +32,14 @@ if TYPE_CHECKING:
     from scenarios.setup.solids.placed_solids import Solid
 
 
-SECONDS_PER_PARTICLE_STEP = 2.0e-6  # of the fluid, on 2 threads: falling, splashing and calm water of calm-spread
-SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves, for a communication step of u-sweep
-SECONDS_PER_FLOATING_BODY_STEP = 3.2e-4  # the same without particles, of sweep-200m
-TYPICAL_SPEED = 0.75  # of sqrt(g h), the fastest particle over a whole run
+SECONDS_PER_PARTICLE_STEP = 1.2e-6  # of the fluid, on 2 threads: calm-spread, u-sweep
+SECONDS_PER_STEP = 1.5e-3  # of the fluid, whatever its particles: rock-coating before oil flows
+SECONDS_PER_BODY_STEP = 5e-4  # of each body that moves beside particles, for a communication step of u-sweep
+SECONDS_PER_SEA_STEP = 2e-3  # of bodies in a sea by formulas, with slick and recording: sweep-200m, j-sweep-skimmer
+SECONDS_PER_FLOATING_BODY_STEP = 3.3e-5  # of each of them in addition: harbour-1km
+TYPICAL_SPEED = (
+    0.15  # of sqrt(g h), at which liquid meets liquid over a run of calm-spread; what falls together meets none
+)
 REFERENCE_THREADS = 2
 SERIAL_SHARE = 0.15  # of the reference time, that more threads do not shorten
 BYTES_PER_PARTICLE = 1300.0  # fluid: state and neighbour lists
@@ -125,11 +129,13 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
     emitted = _emitted(liquid, run.duration)
     boundary = _boundary(liquid, solids) if liquid.in_tank else {}
     threads = run.threads or os.cpu_count() or 1
-    steps = _steps(liquid, run, [float(points[:, 2].max()) for points in positions.values()])
+    steps = _steps(liquid, run, [float(points[:, 2].max()) for points in positions.values()], _moving(spec))
     remarks, own_steps = _of_windows(spec, windows, solids, level)
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
+    each = SECONDS_PER_STEP + SECONDS_PER_PARTICLE_STEP * share * alive
+    of_fluid = steps * own_steps * each if liquid.in_tank or windows else 0.0
     return Cost(
         particles=particles,
         emitted=emitted,
@@ -144,7 +150,7 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
             *never_comes(run.duration, spec.tow, {**liquid.emitters, **liquid.sources}, spec.injects),
             *remarks,
         ),
-        seconds=START_SECONDS + SECONDS_PER_PARTICLE_STEP * share * alive * steps * own_steps + _body_seconds(spec),
+        seconds=START_SECONDS + of_fluid + _body_seconds(spec),
     )
 
 
@@ -230,11 +236,21 @@ def surfaces_off(spec: RunSpec) -> tuple[str, ...]:
 
 
 def _body_seconds(spec: RunSpec) -> float:
-    """Estimate the time [s] that moving bodies take: in the fluid's pressure solve, with their joints, and in the rigid solver."""
-    moving = sum(not isinstance(body.motion, Fixed) for body in spec.bodies.values())
-    moving += len(spec.vessels) + sum(boom.segments for boom in spec.booms.values())
-    each = SECONDS_PER_BODY_STEP if spec.tanks else SECONDS_PER_FLOATING_BODY_STEP
-    return each * moving * spec.run.duration / spec.run.communication_step
+    """Estimate the time [s] that bodies take: in the fluid's pressure solve, with their joints, in the rigid solver, or in a sea."""
+    moving, steps = _moving(spec), spec.run.duration / spec.run.communication_step
+    if spec.tanks:
+        return SECONDS_PER_BODY_STEP * moving * steps
+    if moving:
+        from scenarios.setup.layout import SEA_SUB_STEP  # its libraries are loaded where there are bodies
+
+        steps *= math.ceil(spec.run.communication_step / SEA_SUB_STEP - 1e-9)
+    return (SECONDS_PER_SEA_STEP + SECONDS_PER_FLOATING_BODY_STEP * moving) * steps
+
+
+def _moving(spec: RunSpec) -> int:
+    """Count the bodies that move."""
+    of_table = sum(not isinstance(body.motion, Fixed) for body in spec.bodies.values())
+    return of_table + len(spec.vessels) + sum(boom.segments for boom in spec.booms.values())
 
 
 def _emitted(liquid: LiquidSpec, end: float) -> dict[str, int]:
@@ -282,23 +298,23 @@ def longest_step(liquid: LiquidSpec) -> float:
     return min(config.longest_time_step, config.capillary_time_step)
 
 
-def _steps(liquid: LiquidSpec, run: RunSettings, tops: list[float]) -> int:
-    """Estimate the steps of the fluid from the communication step, the largest step, and the motion of the fastest particle.
+def _steps(liquid: LiquidSpec, run: RunSettings, tops: list[float], moving: int) -> int:
+    """Estimate the steps of the fluid from the communication step, the largest step, and the speed at which liquid meets liquid.
 
-    Its speed over the whole run is `TYPICAL_SPEED` sqrt(g h), with h the height from the tank's floor to the highest liquid at the start
-    (`tops` of the regions [m], and pipes). This is less than in a dam break and more than in water at rest.
-    Without particles, steps are those of the communication.
+    Over the whole run that is `TYPICAL_SPEED` sqrt(g h), with h the height from the tank's floor to the highest liquid at the start
+    (`tops` of the regions [m], and pipes). This is less than in a dam break and more than in water at rest. Where bodies move, a whole
+    number of steps fills a communication step. Without particles, steps are those of the communication.
     """
-    settings = liquid.fluid
+    settings, communications = liquid.fluid, math.ceil(run.duration / run.communication_step - 1e-9)
     if not liquid.in_tank:
-        return math.ceil(run.duration / run.communication_step - 1e-9)
+        return communications
     tops = tops + [pipe.mouth[2] for pipe in liquid.emitters.values()]
     gravity = float(np.linalg.norm(settings.gravity))
     speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - liquid.domain.lower[2]))
     free = FluidConfig.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
     step = max(settings.minimum_time_step, min(longest_step(liquid), run.communication_step, free))
-    per_communication = math.ceil(run.communication_step / step - 1e-9)
-    return math.ceil(run.duration / run.communication_step - 1e-9) * per_communication
+    each = run.communication_step / step - 1e-9
+    return math.ceil(communications * (math.ceil(each) if moving else each))
 
 
 def never_comes(

@@ -59,6 +59,18 @@ def test_finer_particles_cost_more() -> None:
     assert fine.memory > coarse.memory
 
 
+@pytest.mark.parametrize("name", ["dam-break", "rock-coating"])
+def test_steps_are_those_that_are_made(name: str) -> None:
+    """Within a half: falling and splashing liquid steps by how fast it meets liquid, not by how fast it falls."""
+    scenario = load_scenario(name, overrides=["run.duration=0.4"]).scenario
+    fluid = build_simulators(resolve(scenario)).fluid
+    steps = 0
+    while fluid.time < 0.4 - 1e-9:
+        steps += fluid.advance(scenario.run.communication_step).sub_steps
+    fluid.close()
+    assert steps / 1.5 < estimate(scenario).steps < 1.5 * steps
+
+
 def test_check_and_run_tell_an_assumed_tension_without_booms_and_interfaces_that_break_up(tmp_path: Path) -> None:
     """At a spacing of 1.5 mm, 0.8 sigma / (rho g d) of oil of 840 kg/m3 is 1.3 mm, at 2 mm it is less than half a spacing."""
     tension = "fluid.interfacial_tension=true"
