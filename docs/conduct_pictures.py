@@ -55,8 +55,8 @@ def opened(one: sync_api.Browser, address: str, width: int) -> sync_api.Page:
     return page
 
 
-def draw(instructor: sync_api.Page, crew: sync_api.Page, folder: Path) -> None:
-    """Draw the pages at their moments."""
+def draw_both(instructor: sync_api.Page, crew: sync_api.Page, folder: Path) -> None:
+    """Draw the crew's page before the run, and plan and 3-D view side by side; 3-D drawing takes a whole processor."""
     shoot(crew, folder / "crew-1.webp")
     instructor.get_by_role("tab", name="Both").click()
     words = instructor.frame_locator("#view-scene iframe").locator("#words")
@@ -64,11 +64,15 @@ def draw(instructor: sync_api.Page, crew: sync_api.Page, folder: Path) -> None:
     run_to(instructor, 12.0)
     instructor.wait_for_timeout(15_000)
     shoot(instructor, folder / "instructor-1.webp")
+    instructor.close()
+
+
+def draw(instructor: sync_api.Page, crew: sync_api.Page, folder: Path) -> None:
+    """Draw the pages at the moments after that."""
     crew.keyboard.press("ArrowLeft")
     crew.keyboard.press("ArrowLeft")
     crew.get_by_role("button", name="Order", exact=True).click()
     instructor.keyboard.press("m")
-    instructor.get_by_role("tab", name="Plan", exact=True).click()
     run_to(instructor, 45.0)
     shoot(instructor, folder / "instructor-2.webp")
     shoot(crew, folder / "crew-2.webp")
@@ -97,7 +101,9 @@ def main(folder: Path) -> None:
         sync_api.sync_playwright() as player,
     ):
         program = browser(player)
-        draw(opened(program, one.addresses["instructor"], 1360), opened(program, one.addresses["port"], 1100), folder)
+        crew = opened(program, one.addresses["port"], 1100)
+        draw_both(opened(program, one.addresses["instructor"], 1360), crew, folder)
+        draw(opened(program, one.addresses["instructor"], 1360), crew, folder)
 
 
 if __name__ == "__main__":

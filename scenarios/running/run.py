@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -83,16 +83,19 @@ def run_scenario(
     *,
     text: str = "",
     overrides: tuple[str, ...] = (),
+    orders: Sequence[tuple[float, Sequence[str]]] = (),
     options: RunOptions | None = None,
     console: Console | None = None,
 ) -> int:
     """Run a scenario to its end; return the exit code of the `oilsim` command.
 
-    `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording and the summary. Raises
-    ScenarioError for what cannot be built, RecordingError for a recording that cannot be started. A run that failed or was stopped keeps
-    its recording, checkpoints and summary.
+    `text` is that of the scenario file, `overrides` are the changes made to it; both only go into the recording and the summary. `orders`
+    are times [s] and settings, as for `oilsim order`, that are given then. Raises ScenarioError for what cannot be built or ordered, and
+    RecordingError for a recording that cannot be started. A run that failed or was stopped keeps its recording, checkpoints and summary.
     """
     plan = Plan(scenario=numbered(scenario), text=text, overrides=overrides)
+    for time, settings in orders:
+        plan = plan.ordered(settings, round(time / scenario.run.communication_step))
     return _run(plan, None, options or RunOptions(), console or terminal(stderr=True))
 
 

@@ -1,7 +1,7 @@
 """Four crews for each exercise at full size and length, and the letters that an expert gives them, written down beforehand with reasons.
 
-The plan is the run that the file orders by itself. A good and a bad crew are sets of orders: injects, given at their times, and choices
-they make before the start. The absent crew gives no order, and the exercise begins at rest as on a console; where nobody can order anything
+The plan is the run that the file orders by itself. A good and a bad crew are sets of choices that they make before the start, and of orders
+at their times [s]. The absent crew gives no order, and the exercise begins at rest as on a console; where nobody can order anything
 during the run, all is decided before its start, and there is none.
 """
 
@@ -14,6 +14,7 @@ import pytest
 from rich.console import Console
 
 from recordings.replay.recording import Replay
+from scenarios.controls.order_checks import order_problems
 from scenarios.debrief.grade import Grade, exercise_grade, grades_of
 from scenarios.running.run import RunOptions, run_scenario
 from scenarios.spec.at_rest import rest_settings
@@ -31,7 +32,7 @@ class Expected(NamedTuple):
 
 
 class Crews(NamedTuple):
-    """Settings of a good and of a bad crew, the criterion that the bad one misses, at which boom, and the letters expected."""
+    """Settings of a good and of a bad crew, after their times if they are ordered then; what the bad one misses, at which boom; letters."""
 
     good: tuple[str, ...]
     bad: tuple[str, ...]
@@ -68,15 +69,15 @@ CREWS = {
         ),
     ),
     "j-sweep-skimmer": Crews(
-        good=("injects.waits={at=155.0, orders=['tow.speed_kn=0.05'], text='The crew waits for the brush'}",),
-        bad=("injects.hurries={at=40.0, orders=['tow.speed_kn=0.7'], text='The crew hurries'}",),
+        good=("155 tow.speed_kn=0.05",),  # it waits for the brush
+        bad=("40 tow.speed_kn=0.7",),  # it hurries
         boom="main",
         missed="speed",
         expected=Expected("AB", "A", "DE", "E", "slow enough by itself; who hurries loses two fifths"),
     ),
     "v-sweep": Crews(
         good=(),
-        bad=("injects.hurries={at=40.0, orders=['tow.speed_kn=0.7'], text='The crew hurries'}",),
+        bad=("40 tow.speed_kn=0.7",),  # it hurries
         boom="main",
         missed="speed",
         expected=Expected(
@@ -85,9 +86,9 @@ CREWS = {
     ),
     "open-apex-follow": Crews(
         good=(),
-        bad=(
-            "injects.strays={at=10.0, orders=['vessels.follower.legs=[{speed_kn=0.2, heading_deg=25.0}]',"
-            " 'vessels.outrigger.legs=[{speed_kn=0.2, heading_deg=25.0}]'], text='The sweep strays from behind the opening'}",
+        bad=(  # the sweep strays from behind the opening
+            "10 vessels.follower.legs=[{speed_kn=0.2, heading_deg=25.0}]",
+            "10 vessels.outrigger.legs=[{speed_kn=0.2, heading_deg=25.0}]",
         ),
         boom="pocket",
         missed="fed",
@@ -101,15 +102,15 @@ CREWS = {
         expected=Expected("AB", "AB", "D", "E", "1.5 kn are what the system is made for; at 3 kn it loses most"),
     ),
     "deploy-from-reel": Crews(
-        good=("injects.pays={at=12.0, orders=['booms.main.reel.paid_out=58.0'], text='The reel lets out'}",),
-        bad=("injects.pays={at=12.0, orders=['booms.main.reel.paid_out=30.0'], text='The reel lets out, and stops'}",),
+        good=("12 booms.main.reel.paid_out=58.0",),
+        bad=("12 booms.main.reel.paid_out=30.0",),
         boom="main",
         missed="deployed",
         expected=Expected("E", "A", "E", "E", "a reel that nobody lets out, or only half, brings no boom to its berth"),
     ),
     "launch-from-slip": Crews(
-        good=("injects.pays={at=12.0, orders=['ties.brake.hauled=-54.0'], text='The crew ashore pays out'}",),
-        bad=("injects.pays={at=12.0, orders=['ties.brake.hauled=-20.0'], text='The crew ashore pays out, and stops'}",),
+        good=("12 ties.brake.hauled=-54.0",),
+        bad=("12 ties.brake.hauled=-20.0",),
         boom="main",
         missed="deployed",
         expected=Expected("E", "AB", "E", "E", "as with the reel; a brake line that hangs slack gives one jerk"),
@@ -158,11 +159,8 @@ CREWS = {
         expected=Expected("B", "B", "DE", "", "three quarters reach the bank; across the stream the boom meets 1.2 kn"),
     ),
     "deploy-and-connect": Crews(
-        good=(
-            "injects.connects={when={signal='ties.connect.distance', below=4.0}, orders=['ties.connect.made_fast=true'],"
-            " text='The crew connects the booms'}",
-        ),
-        bad=("injects.rests={at=40.0, orders=['vessels.boat.engine=stopped'], text='The crew rests'}",),
+        good=("215 ties.connect.made_fast=true",),
+        bad=("40 vessels.boat.engine=stopped",),  # it rests
         boom="main",
         missed="connected",
         expected=Expected("D", "A", "DE", "E", "a berth reached and not connected is a gate"),
@@ -170,12 +168,19 @@ CREWS = {
 }
 
 
+def choices_and_orders(settings: tuple[str, ...]) -> tuple[list[str], list[tuple[float, list[str]]]]:
+    """Return what a crew chooses before the start, and its orders by their times [s]."""
+    timed = [one.partition(" ") for one in settings if one[0].isdigit()]
+    return [one for one in settings if not one[0].isdigit()], [(float(at), [order]) for at, _, order in timed]
+
+
 def graded(name: str, settings: tuple[str, ...], folder: Path) -> dict[str, Grade]:
     """Run an exercise with a crew's settings, and grade its booms as the debrief does."""
-    scenario = load_scenario(name, overrides=["recording.checkpoint_interval=0", *settings]).scenario
+    choices, orders = choices_and_orders(settings)
+    scenario = load_scenario(name, overrides=["recording.checkpoint_interval=0", *choices]).scenario
     record = folder / "run.rrd"
     options = RunOptions(record=record, overwrite=True)  # each crew in the place of the one before
-    assert run_scenario(scenario, options=options, console=Console(quiet=True)) == 0
+    assert run_scenario(scenario, orders=orders, options=options, console=Console(quiet=True)) == 0
     return grades_of(Replay(record))
 
 
@@ -215,7 +220,10 @@ def test_each_crew_gets_the_letter_that_an_expert_gives(name: str, crew: str, tm
 def test_every_crew_and_level_is_a_sound_exercise(name: str) -> None:
     at_rest = rest_settings(load_scenario(name).scenario)
     for settings in (CREWS[name].good, CREWS[name].bad, at_rest, ("level=easy",), ("level=hard",)):
-        scenario = load_scenario(name, overrides=settings).scenario
+        choices, orders = choices_and_orders(settings)
+        scenario = load_scenario(name, overrides=choices).scenario
+        for _, order in orders:
+            assert not order_problems(order, scenario.parts)
         assert scenario.exercise is not None
         assert scenario.exercise.brief.strip() and scenario.exercise.notes.strip()
         assert all(criterion.why for criterion in scenario.criteria.values() if criterion.weight != 0.0)
