@@ -42,6 +42,7 @@ class BoundaryParticles:
               those of the particles, as in solids that are nowhere deeper than the layers
     turns     (T, 6) twists [m, 1] that leave the surface where it is: unit turns about axes at right angles of a solid of revolution.
               Pressure neither brakes nor drives them, however the particles lie; None: there are none
+    is_flat   whether all faces are planes, which need not be looked for (see `wall_curvature`)
 
     ValueError for arrays of other shapes, and for numbers that are not finite or, of volume and area, negative.
     """
@@ -55,6 +56,7 @@ class BoundaryParticles:
     normal: NDArray[np.float64] | None = None
     displaced: NDArray[np.float64] | None = None
     turns: NDArray[np.float64] | None = None
+    is_flat: bool = False
 
     def __post_init__(self) -> None:
         require(f"boundary {self.name!r}", BoundaryParticles, {"contact_angle": self.contact_angle})
@@ -88,6 +90,7 @@ class BoundaryParticles:
             no_slip=self.no_slip,
             contact_angle=self.contact_angle,
             normal=None if self.normal is None else self.normal[chosen],
+            is_flat=self.is_flat,
         )
 
 
@@ -179,8 +182,9 @@ def tank_walls(
     # the first layer faces the liquid; edges, which lie behind two sides at once, face none
     facing = ((depth > 0.0).sum(axis=1) == 1) & (depth.max(axis=1) < spacing)
     return BoundaryParticles(
-        name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip
-    )
+        name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip,
+        is_flat=True,
+    )  # fmt: skip
 
 
 def solid_box(
@@ -210,8 +214,9 @@ def solid_box(
     # area: every side a particle faces, an edge faces two
     facing = np.where(depth < spacing, lengths.prod(axis=1)[:, None] / lengths, 0.0).sum(axis=1)
     return BoundaryParticles(
-        name=name, position=position, volume=lengths.prod(axis=1), area=facing, no_slip=no_slip, displaced=whole
-    )
+        name=name, position=position, volume=lengths.prod(axis=1), area=facing, no_slip=no_slip, displaced=whole,
+        is_flat=True,
+    )  # fmt: skip
 
 
 def sides_of(periodic: tuple[bool, bool, bool], dimension: int = 3) -> tuple[str, ...]:
