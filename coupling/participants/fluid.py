@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -197,6 +198,7 @@ class FluidParticipant(Participant):
 DEPTH = {3: 0.13, 2: 0.15}  # c
 PATCH = {3: 4, 2: 2}  # nearest wall particles from whose mean a point is seen
 FINEST = 32  # points of the lattice along the body at most
+ALIKE = 16  # surfaces of which A is kept: the segments of a boom have one
 
 
 def added_mass(boundary: BoundaryParticles, spacing: float, dimension: int, density: float) -> Array:
@@ -204,9 +206,16 @@ def added_mass(boundary: BoundaryParticles, spacing: float, dimension: int, dens
 
     The wall particles of `boundary` continue a lattice of `spacing` [m] half a spacing behind the surface.
     """
-    facing = boundary.area > 0.0
-    position = boundary.position
-    surface = float(boundary.area.sum())
+    position, area = (np.asarray(one, np.float64).tobytes() for one in (boundary.position, boundary.area))
+    return _added_mass(position, area, spacing, dimension, density).copy()
+
+
+@lru_cache(ALIKE)
+def _added_mass(positions: bytes, areas: bytes, spacing: float, dimension: int, density: float) -> Array:
+    """Return A of `added_mass` for wall particles by the bytes of their positions (M, 3) [m] and areas (M,) [m2]."""
+    position, area = np.frombuffer(positions).reshape(-1, 3), np.frombuffer(areas)
+    facing = area > 0.0
+    surface = float(area.sum())
     depth = DEPTH[dimension] * (math.sqrt(surface) if dimension == 3 else surface)
     low, high = position.min(axis=0), position.max(axis=0)
     step = max(spacing, float((high - low).max()) / FINEST)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import gaussian_filter
 
 from oilsim.sea import Sea
@@ -15,6 +14,8 @@ from recordings.model.surface import SurfaceFrame
 from scenarios.watch.sea_surface import INNER_LINES, OUTER_LINES, box_around, grid_lines
 
 if TYPE_CHECKING:
+    from scipy.interpolate import RegularGridInterpolator
+
     from oilsim.window.window import Window
 
 Array = NDArray[np.float64]
@@ -70,6 +71,8 @@ def _raised(sea: Sea, time: float, window: Window, low: Array, high: Array) -> R
 
     The one passes into the other across the window's rim. Where a body takes all of a column, the sea's stands for it.
     """
+    from scipy.interpolate import RegularGridInterpolator  # a twentieth of a second, for runs with a window
+
     spacing = window.settings.spacing
     rest = window.rim.about_center(window.fluid.particles.position.T)
     upper = rest[rest[:, 2] > sea.description.level - UPPER * spacing]

@@ -19,15 +19,17 @@ import re
 from collections.abc import Iterable, Mapping
 from datetime import UTC, date, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import netcdf_file
 
 from oilsim.sea import FlowTable
 from scenarios.setup.at_sea.flow_columns import SPELLINGS, UNITS, Column, FlowFileError, in_si, velocity_of
 from scenarios.text.problems import reason_of
+
+if TYPE_CHECKING:
+    from scipy.io import netcdf_file
 
 MIXED = ("standard", "gregorian", "")
 CALENDARS = ("standard", "gregorian", "proleptic_gregorian", "julian")
@@ -226,6 +228,8 @@ def _read_netcdf(path: Path, kind: Kind, start: datetime | None) -> dict[str, Co
         )
     if not head.startswith(b"CDF"):
         raise FlowFileError(["is no NetCDF file, allowed: classic NetCDF"])
+    from scipy.io import netcdf_file  # for those who have such a file
+
     known = STANDARD_NAMES[kind] | {"time": "time"}
     try:
         with netcdf_file(path, "r", mmap=False, maskandscale=True) as file:

@@ -59,10 +59,9 @@ def test_finer_particles_cost_more() -> None:
     assert fine.memory > coarse.memory
 
 
-@pytest.mark.parametrize("name", ["dam-break", "rock-coating"])
-def test_steps_are_those_that_are_made(name: str) -> None:
+def test_steps_are_those_that_are_made() -> None:
     """Within a half: falling and splashing liquid steps by how fast it meets liquid, not by how fast it falls."""
-    scenario = load_scenario(name, overrides=["run.duration=0.4"]).scenario
+    scenario = load_scenario("dam-break", overrides=["run.duration=0.4"]).scenario
     fluid = build_simulators(resolve(scenario)).fluid
     steps = 0
     while fluid.time < 0.4 - 1e-9:
