@@ -70,7 +70,7 @@ class BoomHistory:
 
     @property
     def in_waves(self) -> bool:
-        """Whether a speed of the water counts as held after a wave's period, and not after the way of a skirt's depth."""
+        """Tell whether a speed of the water counts as held after a wave's period, and not after the way of a skirt's depth."""
         return self.boom.hold_time > self.boom.skirt_depth / PRACTICE_SPEED * (1.0 + 1e-9)
 
     @cached_property
