@@ -207,7 +207,7 @@ def pairs_within(points: Double, radius: float) -> Ends:
 
 
 def plane_moments(points: Double, pairs: Ends) -> Double:
-    """Return sums (K, 3, 3) [d2] of (x - m)(x - m)^T over the points (K, 3) [d] that are paired with each, m being their mean."""
+    """Return sums (K, 3, 3) of (x - m)(x - m)^T over the points (K, 3) that are paired with each, m being their mean, in their unit."""
     first, last = pairs
     away = points[last] - points[first]
     count, total = np.bincount(first), _sums(first, away)
