@@ -32,6 +32,7 @@ from coupling.master.errors import UnresolvedSolidError
 from coupling.solids.even_points import choose_apart, inset_ridges, push_apart, random_distance, sharp_edges
 from coupling.solids.signed_distance import Box, SignedDistance
 from coupling.solids.solid_mesh import told_solid
+from coupling.solids.surface_shape import surface_shape
 from coupling.solids.thin_parts import HELD, TIGHT, middle_plane, plate_normals, thinnest_plate
 from coupling.solids.voronoi_shells import STEP, Shells
 from oilsim import BoundaryParticles
@@ -77,6 +78,7 @@ class SurfaceSampling:
         particle_spacing: d [m].
         core: (K, 4) places [m] and volumes [m3] of what is deeper than the layers.
         turns: (T, 6) twists [m, 1] that leave the surface where it is, about axes of revolution.
+        curvature: (M, 9) normal [1] and shape operator [1/m] of the surface at each point; None where all faces are planes.
     """
 
     position: Array
@@ -91,6 +93,7 @@ class SurfaceSampling:
     particle_spacing: float
     core: Array
     turns: Array
+    curvature: Array | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +128,7 @@ def particles_of(
         name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip,
         contact_angle=contact_angle, normal=sampling.plate_normal,
         displaced=np.concatenate([np.column_stack([sampling.position, sampling.volume]), sampling.core]),
-        turns=sampling.turns,
+        turns=sampling.turns, curvature=sampling.curvature,
     )  # fmt: skip
 
 
@@ -179,10 +182,11 @@ def _sampled(task: _Task) -> SurfaceSampling:
     position = np.concatenate([outer, inner])
     thinnest = thinnest_plate(solid, spacing)
     is_loose = np.isfinite(thinnest) and thickness < TIGHT * spacing
+    area = np.concatenate([_areas(mesh, solid, outer, spacing), np.zeros(len(inner))])
     return SurfaceSampling(
         position=position,
         volume=volume,
-        area=np.concatenate([_areas(mesh, solid, outer, spacing), np.zeros(len(inner))]),
+        area=area,
         depth=-solid.phi(position),
         outer=len(outer),
         excess_volume=_excess(solid, swollen, shells, spacing),
@@ -192,6 +196,7 @@ def _sampled(task: _Task) -> SurfaceSampling:
         particle_spacing=spacing,
         core=_core(solid, spacing),
         turns=_turns(mesh, solid, position, spacing),
+        curvature=surface_shape(position, area, spacing),
     )
 
 

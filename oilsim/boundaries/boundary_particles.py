@@ -42,7 +42,8 @@ class BoundaryParticles:
               those of the particles, as in solids that are nowhere deeper than the layers
     turns     (T, 6) twists [m, 1] that leave the surface where it is: unit turns about axes at right angles of a solid of revolution.
               Pressure neither brakes nor drives them, however the particles lie; None: there are none
-    is_flat   whether all faces are planes, which need not be looked for (see `wall_curvature`)
+    curvature (M, 9) unit normal [1] and shape operator [1/m] of the surface at each point, the latter as xx, xy, xz, yy, yz, zz: see
+              `wall_curvature`; None where all faces are planes
 
     ValueError for arrays of other shapes, and for numbers that are not finite or, of volume and area, negative.
     """
@@ -56,7 +57,7 @@ class BoundaryParticles:
     normal: NDArray[np.float64] | None = None
     displaced: NDArray[np.float64] | None = None
     turns: NDArray[np.float64] | None = None
-    is_flat: bool = False
+    curvature: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         require(f"boundary {self.name!r}", BoundaryParticles, {"contact_angle": self.contact_angle})
@@ -90,7 +91,7 @@ class BoundaryParticles:
             no_slip=self.no_slip,
             contact_angle=self.contact_angle,
             normal=None if self.normal is None else self.normal[chosen],
-            is_flat=self.is_flat,
+            curvature=None if self.curvature is None else self.curvature[chosen],
         )
 
 
@@ -183,7 +184,6 @@ def tank_walls(
     facing = ((depth > 0.0).sum(axis=1) == 1) & (depth.max(axis=1) < spacing)
     return BoundaryParticles(
         name=name, position=position, volume=volume, area=np.where(facing, volume / spacing, 0.0), no_slip=no_slip,
-        is_flat=True,
     )  # fmt: skip
 
 
@@ -215,7 +215,6 @@ def solid_box(
     facing = np.where(depth < spacing, lengths.prod(axis=1)[:, None] / lengths, 0.0).sum(axis=1)
     return BoundaryParticles(
         name=name, position=position, volume=lengths.prod(axis=1), area=facing, no_slip=no_slip, displaced=whole,
-        is_flat=True,
     )  # fmt: skip
 
 

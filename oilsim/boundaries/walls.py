@@ -96,9 +96,9 @@ class MovingBody:
 class Walls:
     """Stores every wall particle: those at rest first, in cell order, then those of moving bodies, body by body."""
 
-    def __init__(self, search: NeighborSearch, lower: ArrayLike, period: Period, curvature: WallCurvature) -> None:
+    def __init__(self, search: NeighborSearch, lower: ArrayLike, period: Period) -> None:
         self._search, self._lower, self._period = search, np.asarray(lower, np.float32), period
-        self.curvature = curvature
+        self.curvature = WallCurvature()
         self.boundaries: dict[int, BoundaryParticles] = {}
         self.moving: dict[int, MovingBody] = {}
         self._reach: dict[int, float] = {}  # [m] of a boundary's furthest point from its own origin
@@ -125,7 +125,6 @@ class Walls:
             raise ValueError(f"boundary {handle} exists already, allowed: a handle that none has")
         self._next = max(self._next, handle + 1)
         self.boundaries[handle] = boundary
-        self.curvature.add(handle, boundary)
         self._reach[handle] = float(np.linalg.norm(boundary.position, axis=1).max(initial=0.0))
         self._stale = True
         return handle
@@ -134,7 +133,6 @@ class Walls:
         """Remove a boundary; ValueError for a handle that does not exist."""
         self._require(handle)
         del self.boundaries[handle], self._reach[handle]
-        self.curvature.remove(handle)
         self.moving.pop(handle, None)
         self._tied = None
         self._stale = True
@@ -379,7 +377,8 @@ class Walls:
         self.owner = np.repeat(np.arange(len(sizes), dtype=np.uint16), sizes)
         self.arm = np.zeros((3, sum(sizes)), np.float32)
         self._arrange_normals()
-        self.curvature.arrange(resting, list(self.moving), order)
+        at_rest, carried = ([self.boundaries[h] for h in group] for group in (resting, self.moving))
+        self.curvature.arrange(at_rest, carried, order)
         self._stale = False
 
     def _arrange_normals(self) -> None:

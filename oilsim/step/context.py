@@ -20,7 +20,6 @@ from oilsim.backend.thread_team import Team
 from oilsim.boundaries.adhesion import adhesion_scale
 from oilsim.boundaries.boundary_particles import wall_coverage
 from oilsim.boundaries.wall_contact import DISTANCES, NEAREST, PLACES, drop_share
-from oilsim.boundaries.wall_curvature import WallCurvature
 from oilsim.boundaries.walls import Walls
 from oilsim.core.config import FluidConfig
 from oilsim.core.phases import least_pressure
@@ -196,7 +195,7 @@ class StepContext:
         unit = LONGEST if constants.weightless else froude_unit(config.particle_spacing, config.gravity)
         return cls(
             config, constants, team,
-            Walls(search, config.lower, period, WallCurvature(config.particle_spacing, config.dimension)), NeighborLists(search, team),
+            Walls(search, config.lower, period), NeighborLists(search, team),
             SleepingRegions(config, team) if config.sleep_speed > 0.0 else None, CoarsePressure(config, team),
             BoundConstrainedSolver(team), min(unit, config.capillary_time),
         )  # fmt: skip

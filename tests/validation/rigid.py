@@ -14,6 +14,7 @@ from coupling.solids.bodies import mass_properties
 from coupling.solids.hydrostatics import waterline_for_volume
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import boundary_particles
+from coupling.solids.surface_shape import surface_shape
 from oilsim import BoundaryParticles, Fluid, FluidConfig, Phase, block, tank_walls
 from tests.validation.case import Bench
 from tests.validation.scenes import GRAVITY
@@ -113,10 +114,12 @@ def disc(radius: float, spacing: float) -> BoundaryParticles:
         points.append(centroid * np.column_stack([np.cos(angle), np.zeros(count), np.sin(angle)]))
         volumes.append(np.full(count, share))
         areas.append(np.full(count, 2.0 * math.pi * radius / count if layer == 0 else 0.0))
+    position, area = np.concatenate(points), np.concatenate(areas)
     return BoundaryParticles(
         name="disc",
-        position=np.concatenate(points),
+        position=position,
         volume=np.concatenate(volumes),
-        area=np.concatenate(areas),
+        area=area,
+        curvature=surface_shape(position, area, spacing, dimension=2),
         turns=np.array([[0.0, 0.0, 0.0, 0.0, 1.0, 0.0]]),
     )

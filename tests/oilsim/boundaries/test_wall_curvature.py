@@ -11,8 +11,9 @@ import trimesh
 from numpy.typing import NDArray
 
 from coupling.solids.surface_sampling import boundary_particles
+from coupling.solids.surface_shape import surface_shape
 from oilsim import BoundaryParticles, Fluid, block, solid_box, tank_walls
-from oilsim.boundaries.wall_curvature import add_wall_curvature, surface_shape
+from oilsim.boundaries.wall_curvature import add_wall_curvature
 from tests.oilsim.conftest import cache, search, sum_up
 
 RADIUS = 0.5  # m
@@ -34,8 +35,10 @@ def ring(spacing: float, inside: bool, heights: NDArray[np.float64] | None = Non
             volumes.append(np.full(count, math.pi * (high**2 - low**2) / count))
             areas.append(np.full(count, 2.0 * math.pi * RADIUS / count if layer == 0 else 0.0))
     depth = 1.0 if heights is None else spacing
+    position, area = np.concatenate(points), depth * np.concatenate(areas)
+    shape = surface_shape(position, area, spacing, dimension=2 if heights is None else 3)
     return BoundaryParticles(
-        name="ring", position=np.concatenate(points), volume=depth * np.concatenate(volumes), area=depth * np.concatenate(areas)
+        name="ring", position=position, volume=depth * np.concatenate(volumes), area=area, curvature=shape
     )  # fmt: skip
 
 
@@ -51,7 +54,8 @@ def test_a_round_wall_has_its_curvature_in_each_layer(layers: int, inside: bool)
     spacing = RADIUS / layers
     flat, tall = ring(spacing, inside), ring(spacing, inside, spacing * np.arange(-8.0, 9.0))
     for wall, dimension in ((flat, 2), (tall, 3)):
-        shape, axis = surface_shape(wall, spacing, dimension), 1 if dimension == 2 else 2
+        shape, axis = wall.curvature, 1 if dimension == 2 else 2
+        assert shape is not None
         inner = np.abs(wall.position[:, axis]) < 1e-9
         out = np.where(np.arange(3) == axis, 0.0, wall.position)[inner]
         radius, trace = np.linalg.norm(out, axis=1), bends(shape[inner]).sum(axis=1)
@@ -64,8 +68,8 @@ def test_a_round_wall_has_its_curvature_in_each_layer(layers: int, inside: bool)
 def test_flat_sides_edges_and_corners_have_no_shape(make_fluid) -> None:
     tank = tank_walls((0, 0, 0), (1, 1, 1), 0.1)
     for wall in (tank, solid_box((1.0, 0.7, 0.5), 0.1)):
-        assert wall.is_flat  # which spares the search, whose result it is
-        assert not surface_shape(replace(wall, is_flat=False), 0.1, 3)[:, 3:].any()
+        assert wall.curvature is None  # which is what a search would find
+        assert surface_shape(wall.position, wall.area, 0.1) is None
     fluid = make_fluid()
     fluid.add_boundary(tank)
     fluid.context.walls.place()
@@ -74,22 +78,22 @@ def test_flat_sides_edges_and_corners_have_no_shape(make_fluid) -> None:
 
 def test_sampled_meshes_are_flat_or_round_as_drawn() -> None:
     """A box has no shape; a sphere of 10 spacings has 1/R of its points in both directions, within what even points scatter."""
-    assert not surface_shape(boundary_particles("box", trimesh.creation.box((0.6, 0.6, 0.4)), 0.05), 0.05, 3)[
-        :, 3:
-    ].any()
+    assert boundary_particles("box", trimesh.creation.box((0.6, 0.6, 0.4)), 0.05).curvature is None
     ball = boundary_particles("ball", trimesh.creation.icosphere(3, RADIUS), 0.05)
-    found = bends(surface_shape(ball, 0.05, 3)) * np.linalg.norm(ball.position, axis=1)[:, None]
+    assert ball.curvature is not None
+    found = bends(ball.curvature) * np.linalg.norm(ball.position, axis=1)[:, None]
     round_ones = np.sort(np.abs(found), axis=1)[:, 1:]
     assert np.abs(round_ones - 1.0).mean() < 0.05
     assert np.abs(round_ones - 1.0).max() < 0.2
 
 
-def round_fluid(make_fluid, spacing: float, inside: bool, points, **options) -> Fluid:
+def round_fluid(make_fluid, spacing: float, inside: bool, points, curved: bool = True, **options) -> Fluid:
     """Liquid at `points` beside a round wall, without gravity; its handle is 0."""
     fluid = make_fluid(
         dimension=2, particle_spacing=spacing, lower=(-1.5, 0, -1.5), upper=(1.5, 1, 1.5), gravity=(0, 0, 0), **options
     )
-    fluid.add_boundary(ring(spacing, inside))
+    wall = ring(spacing, inside)
+    fluid.add_boundary(wall if curved else replace(wall, curvature=None))
     fluid.add_particles(points, phase="water")
     return fluid
 
@@ -206,10 +210,8 @@ def test_a_stream_keeps_more_of_its_momentum_round_a_pile(make_fluid) -> None:
     kept = []
     for curved in (False, True):
         fluid = round_fluid(
-            make_fluid, spacing, False, points, periodic=(True, False, True), maximum_time_step=time_step
+            make_fluid, spacing, False, points, curved, periodic=(True, False, True), maximum_time_step=time_step
         )
-        if not curved:
-            fluid.context.walls.curvature._shapes[0][:, 3:] = 0.0
         fluid.state.velocity[:] = np.stack([1.0 - dipole * np.cos(2 * angle), 0 * angle, -dipole * np.sin(2 * angle)])
         start = fluid.state.velocity[0].mean(dtype=float)
         fluid.advance(3.0)
