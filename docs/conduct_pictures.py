@@ -26,8 +26,10 @@ sea.wind = {kind = "steady", speed = 6.0, direction_deg = 200.0}
 
 [vessels]
 """
-EXERCISE = TOW.replace("\n[vessels]\n", WEATHER, 1).replace(
-    "Two vessels tow a boom", "Two launches sweep oil with 24 m of boom"
+EXERCISE = (
+    TOW.replace("\n[vessels]\n", WEATHER, 1)
+    .replace("Two vessels tow a boom", "Two launches sweep oil with 24 m of boom")
+    .replace("checkpoint_interval = 0", "checkpoint_interval = 10")  # from which a branch goes on
 )
 
 
