@@ -13,9 +13,10 @@ pair's momentum; it frees the energy drho g s V of a volume V, which becomes hea
     chance of a step dt: w_missing dt / s, s = (x_j - x_i) . e
 
 m counts the like particles within 1.6 d: the drop has the volume of 1 + m particles. c is the share of other drops, which hinder it
-(Richardson and Zaki 1954): that of like particles beyond 2.2 d, less half of what is more of them within 1.6 d, as these are its own. v is
-the mean velocity of the particle and of these, u that of the other liquid within the support, so a cluster that the particles' own flow
-carries up is not carried up twice. f falls from 1 to 0 as the drop grows, and is 0 at the surface of a body of liquid, rough as it may be.
+(Richardson and Zaki 1954): that of like particles beyond 2.2 d, less half of what is more of them within 1.6 d, as these are its own. They
+count by f(S_j), since a body of liquid hinders no drop on its way to it. v is the mean velocity of the particle and of these, u that of the
+other liquid within the support, so a cluster that the particles' own flow carries up is not carried up twice. f falls from 1 to 0 as the
+drop grows, and is 0 at the surface of a body of liquid, rough as it may be.
 The partner j is the particle of the other liquid nearest to the place d ahead; if a like particle is there, the one nearest to 2 d ahead:
 the last of a file passes to its front. Draws come from the particle's id and the number of the step, so threads, cell order and restarts
 change nothing. *Modelled.*
@@ -157,24 +158,26 @@ def fill_drop_shares(begin, end, chosen, neighborhood, share, drop):
 
 
 @njit(**EXACT)
-def choose_partners(begin, end, chosen, drop, neighborhood, liquid, velocity, kappa, rises, scales, partner):
+def choose_partners(begin, end, chosen, shares, neighborhood, liquid, velocity, kappa, rises, scales, partner):
     """Fill partner (K,) with the index of the particle with which each of the `chosen` (K,) changes place in this step.
 
     It is `RESTS` for a particle that is no drop on its way, and `WAITS` for one whose turn has not come.
-    drop (K,) S' [1]; neighborhood: the `Neighborhood`; liquid: phase (N,) and id (N,) of the particles, densities of the phases [kg/m3];
-    velocity (3, N) [m/s]; kappa (N,) pressure impulse [m2/s]; rises: see `drop_speeds`; scales: spacing [m], length of the
-    step [s], slope of kappa in liquid at rest [m/s], dimension, number of the step.
+    shares: S (N,) of all and S' (K,) of the chosen [1]; neighborhood: the `Neighborhood`; liquid: phase (N,) and id (N,) of the particles,
+    densities of the phases [kg/m3]; velocity (3, N) [m/s]; kappa (N,) pressure impulse [m2/s]; rises: see `drop_speeds`; scales: spacing
+    [m], length of the step [s], slope of kappa in liquid at rest [m/s], dimension, number of the step.
     """
     points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
     phase, identity, densities = liquid
     speeds, exponents = rises
+    share, drop = shares
     spacing, time_step, at_rest, dimension, number = scales
     near, beyond = (CLOSE * spacing) ** 2, (APART * spacing) ** 2
     for n in range(begin, end):
         i = chosen[n]
         partner[n] = RESTS
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        alike, unlike, apart, beside, outside = 0, 0, 0, 1, 1
+        alike, unlike, beside, outside = 0, 0, 1, 1
+        apart = 0.0
         gx = gy = gz = ux = uy = uz = around = 0.0
         vx, vy, vz = np.float64(velocity[0, i]), np.float64(velocity[1, i]), np.float64(velocity[2, i])
         for k in range(first, last):
@@ -193,7 +196,8 @@ def choose_partners(begin, end, chosen, drop, neighborhood, liquid, velocity, ka
                 around += densities[phase[j]]
                 ux, uy, uz = ux + velocity[0, j], uy + velocity[1, j], uz + velocity[2, j]
                 continue
-            apart += far
+            if far:  # a body of liquid hinders no drop on its way to it
+                apart += min(1.0, max(0.0, (FADING[1] - share[j]) / (FADING[1] - FADING[0])))
             if square < near:
                 alike += 1
                 vx, vy, vz = vx + velocity[0, j], vy + velocity[1, j], vz + velocity[2, j]

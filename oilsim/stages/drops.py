@@ -34,7 +34,7 @@ def move_drops(
     at_rest = math.hypot(*config.gravity) * state.time_step
     scales = config.particle_spacing, time_step, at_rest, config.dimension, state.steps
     team.run(
-        choose_partners, chosen.size, chosen, drop, neighborhood, (state.phase, state.id, constants.densities), state.velocity,
+        choose_partners, chosen.size, chosen, (share, drop), neighborhood, (state.phase, state.id, constants.densities), state.velocity,
         state.pressure_impulse, constants.drop_speeds, scales, partner,
     )  # fmt: skip
     partner[partner >= neighbors.awake] = RESTS

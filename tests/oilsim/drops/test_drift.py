@@ -210,7 +210,7 @@ def test_a_drop_moves_against_the_gradient_of_pressure_at_its_speed(tilt: float)
     for number in range(4000):
         scales = D, time_step, 9.81 * time_step, 3, number
         choose_partners(
-            0, 1, chosen, drop, neighbors.neighborhood, (state.phase, state.id, context.constants.densities), state.velocity,
+            0, 1, chosen, (share, drop), neighbors.neighborhood, (state.phase, state.id, context.constants.densities), state.velocity,
             state.pressure_impulse, context.constants.drop_speeds, scales, partner,
         )  # fmt: skip
         if partner[0] >= 0:
