@@ -46,13 +46,14 @@ class Body:
         """(3, 3) from the body's axes to the world's."""
         return Rotation.from_quat(self.orientation).as_matrix()
 
-    def advance(self, bench: Bench, duration: float) -> Double:
-        """Move fluid and body on by `duration` [s]; returns the fluid's wrench (6,) on it [N, N m]."""
+    def advance(self, bench: Bench, duration: float, pull: Double | None = None) -> Double:
+        """Move fluid and body on by `duration` [s], under a `pull` (6,) besides gravity; returns the fluid's wrench (6,) on it [N, N m]."""
         inverse_mass = np.zeros((6, 6))
         inverse_mass[:3, :3] = np.eye(3) / self.mass
         inverse_mass[3:, 3:] = self.rotation @ self.inverse_inertia @ self.rotation.T
         inverse_mass *= np.outer(self.freedoms, self.freedoms)
         fall = np.array([0.0, 0.0, -GRAVITY, 0.0, 0.0, 0.0]) * self.freedoms
+        fall += 0.0 if pull is None else inverse_mass @ pull
         self.fluid.set_boundary_motion(
             self.handle, self.position, self.orientation, self.twist[:3], self.twist[3:], inverse_mass, fall
         )

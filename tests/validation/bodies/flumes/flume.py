@@ -1,4 +1,4 @@
-"""A plane flume with a skirt that holds oil in a current, for cases 23 and 45.
+"""A plane flume with a skirt that holds oil in a current, for cases 23, 45 and 60.
 
 The flume repeats along x. A zone at its beginning renews the current, the skirt hangs towards its end.
 """
@@ -6,6 +6,7 @@ The flume repeats along x. A zone at its beginning renews the current, the skirt
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,8 @@ from tests.validation.scenes import GRAVITY, WATER_DENSITY
 Double = NDArray[np.float64]
 
 OIL_VISCOSITY, WATER_VISCOSITY = 0.01, 1.05e-3  # Pa s
+Hang = Callable[[Fluid, Double], NDArray[np.bool_]]  # adds a boom, and tells which of points (n, 3) [m] it leaves
+
 SHAKE = 1e-6  # spacings
 RENEWAL = 0.3  # s: the time in which the zone renews the current
 
@@ -77,11 +80,12 @@ def fill_flume(
     tension: float = 0.0,
     balanced: bool = False,
     seed: int = 0,
+    hang: Hang | None = None,
 ) -> tuple[Fluid, SeaForcing]:
     """Fill the flume, in motion at `speed` [m/s], and return it with the sea that drives it.
 
     lean: of the skirt, back [rad]; tension: between oil and water [N/m], 0 for none; balanced: whether the water is well balanced, as in
-    windows; seed: by which particles are moved at the start, by `SHAKE`; 0 for none.
+    windows; seed: by which particles are moved at the start, by `SHAKE`; 0 for none; hang: puts another boom in the skirt's place.
     """
     draft, depth, length = shape.draft, shape.level, shape.period(spacing)
     phases = (
@@ -98,7 +102,7 @@ def fill_flume(
         tank_walls((0, 0, 0), (length, 0, depth), spacing, sides=("-z",), periodic=(True, False, False), dimension=2)
     )
     points = block((0, 0, 0), (length, 0, depth), spacing, 2)
-    points = points[_beside_skirt(fluid, shape, points, lean)]
+    points = points[hang(fluid, points) if hang else _beside_skirt(fluid, shape, points, lean)]
     if seed:
         points[:, ::2] += SHAKE * spacing * np.random.default_rng(seed).uniform(-1.0, 1.0, points[:, ::2].shape)
     x = points[:, 0] - shape.skirt_place
