@@ -176,6 +176,7 @@ def test_oil_on_the_plan_has_the_area_of_its_volume(served: Console) -> None:
         film, spot = page.evaluate(
             """async () => {
                 const { plan, scene, state } = conduct, fate = scene.fates.findIndex((one) => one.startsWith("lost_"));
+                plan.draw(); // the first picture fits the scale: a slow page has not drawn it yet
                 plan.setFollow(false);
                 plan.scale = 15;
                 const [x, y] = plan.placeAt(0.5 * plan.width * plan.unit, 0.5 * plan.height * plan.unit);
