@@ -35,7 +35,7 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-docs: $(READY)  ## build the documentation into site/index.html; every warning is an error
+docs: $(READY)  ## write numbers and figures from the records of the validation, and build the documentation into site/index.html; every warning is an error
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo 'open site/index.html'
 
@@ -47,7 +47,7 @@ bench: $(READY)  ## print the tables of measured accuracy and speed
 	$(BIN)/python -m tests.benchmarks.checkpoints
 	$(BIN)/python -m tests.benchmarks.kills
 
-validate: $(READY)  ## run the cases of theory and experiment whose code has changed, and write docs/validation.md; CASE=name[,name], BUDGET=2h
+validate: $(READY)  ## run the cases of theory and experiment whose code has changed, and write the pages of their numbers; CASE=name[,name], BUDGET=2h
 	$(BIN)/python -m tests.validation $(CASE) $(if $(BUDGET),--budget $(BUDGET))
 
 pareto: $(READY)  ## run time against error, beside SPlisHSPlasH if installed: table, pareto-report/pareto.png and .json

@@ -1,4 +1,4 @@
-"""Run the validation cases whose code has changed, keep their records, and write the page `docs/validation.md` from them.
+"""Run the validation cases whose code has changed, keep their records, and write the pages of numbers from them.
 
     python -m tests.validation [CASE[,CASE...]] [--levels 1-4] [--budget 2h] [--threads N] [--scheduler tcp://host:8786] [--again]
 
@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from tests.validation import report
+from tests.validation import pages, report
 from tests.validation.case import Bench
 from tests.validation.cases import CASES, KNOWN_MISSES, select
 from tests.validation.jobs import Job, Record, by_worth, jobs, keep, run
@@ -107,10 +107,10 @@ def run_here(waiting: list[Job], budget: float, threads: int | None, console: Co
 
 
 def take(console: Console, ended: Iterable[tuple[Job, Record]]) -> None:
-    """Keep each record as it comes, write the page anew and say what the run cost."""
+    """Keep each record as it comes, write the pages anew and say what the run cost."""
     for job, record in ended:
         keep(job.case, record)
-        report.write()
+        pages.write()
         told = record["failure"] or f"{record['cpu_s']:.1f} s of processor time"
         console.print(f"{job}: {told}", highlight=False, markup=False)
 

@@ -60,7 +60,7 @@ def select(names: str) -> list[Case]:
     return [case for case in CASES if not wanted or case.name in wanted or str(case.number) in wanted]
 
 
-# gates, by case and quantity, that the finest spacing is known to miss; docs/accuracy.md has them all, docs/known-errors.md the reasons
+# gates, by case and quantity, that the finest spacing is known to miss; docs/known-errors.md has the reasons
 KNOWN_MISSES = frozenset(
     {
         ("still-column", "the same, off its lattice"),

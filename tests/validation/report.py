@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -150,7 +151,7 @@ def page(results: Iterable[CaseResult]) -> str:
     )
     text += f", {len(missed)} missed:\n\n" if missed else ".\n"
     text += "".join(
-        f"- [{result.case.name}](#{_anchor(result.case)}): {quantity.name}, {error_text(quantity, result.values(quantity)[-1])}"
+        f"- [{result.case.name}](#{anchor(result.case)}): {quantity.name}, {error_text(quantity, result.values(quantity)[-1])}"
         f"{'' if result.complete else ', at ' + str(result.case.resolutions[len(result.levels) - 1]) + ' spacings'}\n"
         for result, quantity, _ in missed
     )
@@ -185,10 +186,10 @@ def section(result: CaseResult) -> str:
         text += f"| {' | '.join(cells)} |\n"
     text += f"\n`{case.name}`: " + "; ".join(map(_cost, (*result.levels, *result.halves))) + ".\n"
     text += f"\n{case.note[0].upper()}{case.note[1:].rstrip('.')}.\n" if case.note else ""
-    return text + (f"\n![{case.title}](pictures/validation/{case.name}.png)\n" if case.panels else "")
+    return text + f"\n![{case.title}](pictures/validation/{case.name}.png)\n"
 
 
-def _anchor(case: Case) -> str:
+def anchor(case: Case) -> str:
     """The anchor that the site gives a case's heading."""
     kept = "".join(sign for sign in f"{case.number}. {case.title}".lower() if sign.isalnum() or sign in " -_")
     return "-".join(kept.split())
@@ -252,22 +253,37 @@ def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
         axes.legend(fontsize=7, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3)
 
 
+def draw_errors(axes: Axes, result: CaseResult) -> None:
+    """Draw the errors of all quantities over the spacing."""
+    spacings = [result.case.length / level["resolution"] for level in result.levels]
+    for quantity in result.case.quantities:
+        axes.loglog(spacings, [quantity.error(value) for value in result.values(quantity)], "o-", label=quantity.name)
+    axes.set(xlabel="spacing [m]", ylabel="error")
+    axes.grid(color="0.9")
+    axes.legend(fontsize=6, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=2)
+
+
+def orders(result: CaseResult) -> str:
+    """Name the observed orders of the quantities with gates, six at most."""
+    found = [(one.name, result.order(one)) for one in result.case.quantities if one.gate is not None]
+    named = [f"{name}: {order:.1f}" for name, order in found if math.isfinite(order)]
+    return "observed order: " + "; ".join(named[:6]) if named else ""
+
+
 def draw(result: CaseResult, path: Path) -> None:
-    """Write a case's picture."""
+    """Write a case's picture: its curves, or its errors where it has none, with the observed orders."""
     panels = result.case.panels
-    columns = 2 if len(panels) == 4 else len(panels)
-    rows = len(panels) // columns
+    columns = 2 if len(panels) == 4 else max(1, len(panels))
+    rows = max(1, len(panels) // columns)
     figure, axes = plt.subplots(rows, columns, figsize=(6.4 * columns, 5.0 * rows), squeeze=False, layout="constrained")
-    for panel, each in zip(panels, axes.ravel(), strict=True):
+    for panel, each in zip(panels, axes.ravel(), strict=False):
         draw_panel(each, panel, result)
-    figure.suptitle(f"{result.case.number}. {result.case.title}", fontsize=12)
+    if not panels:
+        draw_errors(axes[0, 0], result)
+    title = textwrap.fill(orders(result), 60 * columns)
+    figure.suptitle(f"{result.case.number}. {result.case.title}\n{title}", fontsize=10)
     figure.savefig(path, dpi=110)
     plt.close(figure)
-
-
-def write() -> None:
-    """Write the page from what is on record."""
-    PAGE.write_text(page(map(result_of, CASES)), encoding="utf-8")
 
 
 def draw_all() -> None:
@@ -275,15 +291,10 @@ def draw_all() -> None:
     PICTURES.mkdir(parents=True, exist_ok=True)
     for result in map(result_of, CASES):
         picture = PICTURES / f"{result.case.name}.png"
-        if result.levels and result.case.panels and not is_newer(picture, record_file(result.case)):
+        if result.levels and not is_newer(picture, record_file(result.case)):
             draw(result, picture)
 
 
 def is_newer(one: Path, other: Path) -> bool:
     """Tell whether a file is there and was written after another."""
     return one.exists() and one.stat().st_mtime > other.stat().st_mtime
-
-
-def on_pre_build(**_: object) -> None:
-    """Draw the figures before the site is built, as a hook of mkdocs."""
-    draw_all()
