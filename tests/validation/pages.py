@@ -21,10 +21,7 @@ from tests.validation.jobs import ROOT
 from tests.validation.practice import ANSWERS
 from tests.validation.report import CaseResult, change_over_gate, error_text, gate_text, number, result_of, value_of
 
-PAGES = [
-    ROOT / name
-    for name in ("README.md", *(f"docs/{one}.md" for one in ("accuracy", "known-errors", "losses", "practice")))
-]
+PAGES = [ROOT / "README.md", *sorted(one for one in (ROOT / "docs").rglob("*.md") if one != report.PAGE)]
 PART = re.compile(r"(<!-- made: (.+?) -->).*?(<!-- / -->)", re.DOTALL)
 NOT_RUN = "not run"
 STEPS = 10**7  # particles times steps of a run from which on its cost is that of its steps

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -116,6 +117,19 @@ def test_pages_say_what_is_on_record():
     """A number that is typed over a made one, or a record that the pages do not show, fails here."""
     differ = [page.name for page, text in pages.contents().items() if page.read_text(encoding="utf-8") != text]
     assert differ == [], "run make docs"
+
+
+def test_a_made_part_tells_each_spacing_and_what_was_not_run(of_its_own, monkeypatch):
+    case = case_that(made_up)
+    monkeypatch.setattr(pages, "select", lambda name: [case])
+    text = "<!-- made: made-up: good -->7<!-- / -->; <!-- made: made-up: good: error -->8<!-- / -->"
+    assert re.findall("not run", pages.filled(text)) == ["not run"] * 2
+    on_record(case, (1, 1.0), (2, 1.0))
+    told = re.sub("<!--.*?-->", "", pages.filled(text))
+    assert told == "2.16, 2.04 m at L/1, 2; 8, 2 % at L/1, 2"
+    assert pages.filled(pages.filled(text)) == pages.filled(text)
+    with pytest.raises(ValueError, match="no part of a page"):
+        pages.made("made-up: better")
 
 
 def test_records_are_of_cases_and_their_quantities():
