@@ -18,10 +18,10 @@ from collections.abc import Iterable
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from tests.validation import pages, report
 from tests.validation.case import Bench
 from tests.validation.cases import CASES, KNOWN_MISSES, select
 from tests.validation.jobs import Job, Record, by_worth, jobs, keep, run
+from tests.validation.pages import made, report
 from tests.validation.scenes import fill, oil_and_water, open_tank
 
 UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
@@ -110,7 +110,7 @@ def take(console: Console, ended: Iterable[tuple[Job, Record]]) -> None:
     """Keep each record as it comes, write the pages anew and say what the run cost."""
     for job, record in ended:
         keep(job.case, record)
-        pages.write()
+        made.write()
         told = record["failure"] or f"{record['cpu_s']:.1f} s of processor time"
         console.print(f"{job}: {told}", highlight=False, markup=False)
 

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from oilsim import FluidConfig
-from tests.validation import jobs, pages, report
+from tests.validation import jobs
 from tests.validation.__main__ import main, status_of
 from tests.validation.bodies import wave_flume
 from tests.validation.bodies.floating import SIZE, solids
@@ -22,6 +22,7 @@ from tests.validation.liquids.channel import couette, poiseuille
 from tests.validation.liquids.corner_jet import plate_of
 from tests.validation.liquids.wave_drift import DEPTH, Wave
 from tests.validation.liquids.waves import exact_omega, interface_roots
+from tests.validation.pages import made, report
 from tests.validation.rigid import disc
 from tests.validation.scenes import liquid, read_table
 
@@ -57,7 +58,7 @@ def of_its_own(tmp_path, monkeypatch):
     """Records and a page of the test's own; a made-up case has no file."""
     monkeypatch.setattr(jobs, "RECORDS", tmp_path)
     monkeypatch.setattr(report, "PAGE", tmp_path / "page.md")
-    monkeypatch.setattr(pages, "PAGES", [])
+    monkeypatch.setattr(made, "PAGES", [])
     named = jobs.sources
     monkeypatch.setattr(jobs, "sources", lambda name: "made up" if name == "made-up" else named(name))
 
@@ -115,21 +116,21 @@ def test_words_leave_the_code_as_it_is_and_numbers_do_not(tmp_path, monkeypatch)
 
 def test_pages_say_what_is_on_record():
     """A number that is typed over a made one, or a record that the pages do not show, fails here."""
-    differ = [page.name for page, text in pages.contents().items() if page.read_text(encoding="utf-8") != text]
+    differ = [page.name for page, text in made.contents().items() if page.read_text(encoding="utf-8") != text]
     assert differ == [], "run make docs"
 
 
 def test_a_made_part_tells_each_spacing_and_what_was_not_run(of_its_own, monkeypatch):
     case = case_that(made_up)
-    monkeypatch.setattr(pages, "select", lambda name: [case])
+    monkeypatch.setattr(made, "select", lambda name: [case])
     text = "<!-- made: made-up: good -->7<!-- / -->; <!-- made: made-up: good: error -->8<!-- / -->"
-    assert re.findall("not run", pages.filled(text)) == ["not run"] * 2
+    assert re.findall("not run", made.filled(text)) == ["not run"] * 2
     on_record(case, (1, 1.0), (2, 1.0))
-    told = re.sub("<!--.*?-->", "", pages.filled(text))
+    told = re.sub("<!--.*?-->", "", made.filled(text))
     assert told == "2.16, 2.04 m at L/1, 2; 8, 2 % at L/1, 2"
-    assert pages.filled(pages.filled(text)) == pages.filled(text)
+    assert made.filled(made.filled(text)) == made.filled(text)
     with pytest.raises(ValueError, match="no part of a page"):
-        pages.made("made-up: better")
+        made.made("made-up: better")
 
 
 def test_records_are_of_cases_and_their_quantities():

@@ -14,12 +14,20 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.validation import report
 from tests.validation.case import Quantity
 from tests.validation.cases import CASES, select
 from tests.validation.jobs import ROOT
-from tests.validation.practice import ANSWERS
-from tests.validation.report import CaseResult, change_over_gate, error_text, gate_text, number, result_of, value_of
+from tests.validation.pages import report
+from tests.validation.pages.practice import ANSWERS
+from tests.validation.pages.report import (
+    CaseResult,
+    change_over_gate,
+    error_text,
+    gate_text,
+    number,
+    result_of,
+    value_of,
+)
 
 PAGES = [ROOT / "README.md", *sorted(one for one in (ROOT / "docs").rglob("*.md") if one != report.PAGE)]
 PART = re.compile(r"(<!-- made: (.+?) -->).*?(<!-- / -->)", re.DOTALL)
