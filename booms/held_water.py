@@ -72,7 +72,8 @@ class BodiesWithBooms(ReeledBodies):
         found = super().loads(time, pose, twist)
         level = self.sea.still_level(time)
         for chain in self._chains:
-            flow = self.sea.current(np.array([level - 0.5 * chain.draft]), time)[0]
+            middle = pose[chain.rows, :2].mean(axis=0)
+            flow = self.sea.current(np.array([level - 0.5 * chain.draft]), time, middle)[0]
             flow = flow - twist[chain.rows, :2].mean(axis=0)
             force = held_pressure(pose[chain.rows], chain, flow, self.sea.description.density)
             force *= np.clip(found.wetted_volume[chain.rows] / self._volumes[chain.rows], 0.0, 1.0)[:, None]

@@ -56,7 +56,7 @@ class _Controls(Participant):
         super().__init__(f"{vessel.name}-control", control_variables(vessel.name, orders))
         self.vessel = vessel
         self._values[f"{vessel.name}.pose"][6] = 1.0
-        self.current: Callable[[float], Array] = no_current
+        self.current: Callable[[Array, float], Array] = no_current
         self.wind: Wind = no_wind
 
     def _motion(self) -> tuple[Array, float, float, float, float]:
@@ -69,7 +69,7 @@ class _Controls(Participant):
         """Give the wrench from `time` to `time + step_size` [s] by thrusts ahead and to port [N] and a yaw moment [N m] that are wanted."""
         name = self.vessel.name
         pose, twist, rudder = (self._values[f"{name}.{what}"] for what in ("pose", "twist", "rudder"))
-        motion = (pose, twist, self.current(time))
+        motion = (pose, twist, self.current(pose[:2], time))
         wrench, given, angle = moved_by(self.vessel, motion, wanted, float(rudder), step_size)
         outputs = dict(zip(("thrust", "side_thrust", "yaw_moment"), given, strict=True))
         outputs |= {"speed": surge, "heading": heading, "rudder": angle}
@@ -266,8 +266,8 @@ def no_wind(place: Array, time: float) -> Array:
     return np.zeros(3)
 
 
-def no_current(time: float) -> Array:
-    """Return the current (2,) [m/s] of still water at any time [s]."""
+def no_current(place: Array, time: float) -> Array:
+    """Return the current (2,) [m/s] of still water."""
     return np.zeros(2)
 
 

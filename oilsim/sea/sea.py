@@ -72,7 +72,7 @@ class Sea:
         return waves.components(self._water, flow, self.description.shear_exponent)
 
     def followed_by(self, description: SeaDescription, time: float, place: Double) -> Sea:
-        """Return the sea of another description, in which the patterns of this one go on from where they are at `time` [s].
+        """Return the sea of another description, in which the patterns of this one go on from where they are at `time` [s], along its land.
 
         Waves do so everywhere, and keep their lengths; gusts at a `place` (2,) [m], because their lengths grow with the wind.
         """
@@ -82,6 +82,7 @@ class Sea:
         return Sea(
             replace(
                 description,
+                along_land=self.description.along_land,
                 carried=Continuation(
                     way=(carried.way[0] + x, carried.way[1] + y),
                     lead=carried.lead + (after._arrival(place) - self._arrival(place)),
@@ -170,14 +171,18 @@ class Sea:
         """Return the pressure above that of the air (N,) [Pa], the hydrostatic one included, at points (N, 3) [m]."""
         return self.kinematics(xyz, time).pressure
 
-    def current(self, z: ArrayLike, time: float) -> Double:
-        """Return the current without waves and wind (N, 2) [m/s] at heights (N,) [m] in the world."""
+    def current(self, z: ArrayLike, time: float, places: Double | None = None) -> Double:
+        """Return the current without waves and wind (N, 2) [m/s] at heights (N,) [m] in the world.
+
+        places (N, 2) [m], or (2,) for a single height; None: far from land.
+        """
         current, z = self.description.current, np.asarray(z, np.float64)
         if current is None:
             return np.zeros((*z.shape, 2))
         still = np.clip(z - self.still_level(time), -self._water.depth, 0.0)
         share = profile(still, self._water.depth, current.shear_exponent)
-        return share[..., None] * current.flow.velocity(time)
+        places = None if places is None else np.atleast_2d(places)
+        return share[..., None] * self.description.at_surface(current.flow.velocity(time), places)
 
     def mean_wind(self, time: float) -> Double:
         """Return the wind without gusts (2,) [m/s] at 10 m; zeros without a wind."""
@@ -259,8 +264,8 @@ class Sea:
             share: Double | float = 1.0
             if current.shear_exponent:
                 share = profile(field.stretched, self._water.depth, current.shear_exponent)[:, None]
-            field.velocity[:, :2] += share * current.flow.velocity(time)
-            field.acceleration[:, :2] += share * current.flow.rate(time)
+            field.velocity[:, :2] += share * self.description.at_surface(current.flow.velocity(time), points)
+            field.acceleration[:, :2] += share * self.description.at_surface(current.flow.rate(time), points)
         if wind is not None and wind.drift is not None:
             layer = wind.drift.layer_under(wind.flow.velocity(time), self._water.density)
             add_drift(points[:, 2], field.elevation, layer, field.velocity)

@@ -13,10 +13,11 @@ from shapely import MultiPolygon, Polygon, buffer, orient_polygons, points, unio
 
 from recordings.export import geography
 from recordings.export.chosen import fates, oil_frames
-from recordings.export.geography import date_at, longitude_latitude
+from recordings.export.geography import date_at
 from recordings.files.writing import write_whole
 from recordings.model.entity_paths import VESSELS, body_group
 from recordings.model.exercise import Site
+from recordings.model.tangent_plane import longitude_latitude
 from recordings.replay.recording import Replay
 
 Points = npt.NDArray[np.floating]

@@ -15,8 +15,9 @@ import numpy.typing as npt
 from scipy.io import netcdf_file
 
 from recordings.export.chosen import OilFrame, fates, oil_frames, oil_names
-from recordings.export.geography import longitude_latitude, start_time
+from recordings.export.geography import start_time
 from recordings.model.exercise import Site
+from recordings.model.tangent_plane import longitude_latitude
 from recordings.replay.moments import seas_at
 from recordings.replay.recording import Replay
 

@@ -12,7 +12,13 @@ import cattrs
 
 from recordings.model.equipment import Equipment, Point3
 
-GROUND = "shore"  # name of the body that is the ground of a shore: pictures do not frame it, and maps leave it out
+LAND = "land/"  # the names of the bodies of [land] begin so
+GROUND = "shore"  # name of the body that is the ground of a shore
+
+
+def is_ground(name: str) -> bool:
+    """Tell whether a body is land or the ground of a shore, which pictures do not frame."""
+    return name == GROUND or name.startswith(LAND)
 
 
 @dataclass(frozen=True, kw_only=True)

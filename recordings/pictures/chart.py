@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, KDTree, QhullError
 
 from recordings.model import entity_paths, palette
-from recordings.model.exercise import GROUND
+from recordings.model.exercise import GROUND, is_ground
 from recordings.model.frame import BodyFrame, Color, MeshDescription, RunDescription
 from recordings.model.words import cause_in_words, three_figures
 from recordings.pictures.style import EDGE, is_light
@@ -64,7 +65,7 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
         radius = last.radius.get(cause, 0.5 * run.particle_spacing)
         draw_spots(axes, positions[:, across], radius, palette.cause_color(cause))
     for name, mesh in run.meshes.items():
-        if name == GROUND:
+        if is_ground(name):
             continue
         if name in first.bodies and _moves(first.bodies[name], last.bodies[name]):
             draw_body(axes, name, mesh, first.bodies[name], across, _FAINT)
@@ -206,14 +207,19 @@ def draw_body(
 
 
 def draw_land(axes: Axes, run: RunDescription, moment: Moment) -> None:
-    """Draw what of a shore is dry in still water, without framing it: it is larger than what is to be seen."""
-    if GROUND not in run.meshes or GROUND not in moment.bodies or run.exercise is None:
-        return
-    points = placed_vertices(run.meshes[GROUND].vertices, moment.bodies[GROUND])
-    dry = points[points[:, 2] >= run.exercise.water_level - _ROUNDING, :2]
-    if len(dry) > 2:
-        land = Polygon(dry[ConvexHull(dry).vertices], facecolor="#efe4c6", edgecolor="#a58f5b", zorder=0.5, gid=GROUND)
-        axes.add_artist(land)
+    """Draw what of a shore is dry in still water, and all land, without framing it: it is larger than what is to be seen."""
+    sand: dict[str, Any] = {"facecolor": "#efe4c6", "zorder": 0.5}
+    for name in filter(is_ground, run.meshes.keys() & moment.bodies.keys()):
+        points = placed_vertices(run.meshes[name].vertices, moment.bodies[name])
+        level = run.exercise.water_level if name == GROUND and run.exercise is not None else points[:, 2].max()
+        dry = points[:, 2] >= level - _ROUNDING
+        if name == GROUND and dry.sum() > 2:
+            corners = points[dry, :2]
+            axes.add_artist(Polygon(corners[ConvexHull(corners).vertices], edgecolor="#a58f5b", gid=name, **sand))
+        elif name != GROUND:
+            faces = np.asarray(run.meshes[name].faces)
+            top = points[faces[dry[faces].all(axis=1)]][..., :2]
+            axes.add_artist(PolyCollection(list(top), edgecolor="face", gid=name, **sand))
 
 
 def draw_equipment(axes: Axes, moment: Moment, across: tuple[int, int] = (0, 1)) -> None:

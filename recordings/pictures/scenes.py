@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.spatial import ConvexHull
 
 from recordings.model import palette
-from recordings.model.exercise import GROUND
+from recordings.model.exercise import is_ground
 from recordings.model.frame import BodyFrame, CameraView, Color, MeshDescription, PhaseDescription, RunDescription
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
 from recordings.replay.moments import Moment, placed_vertices
@@ -160,7 +160,7 @@ def _extent_at_sea(run: RunDescription, moment: Moment) -> Points:
     placed = [
         placed_vertices(mesh.vertices, moment.bodies[name])
         for name, mesh in run.meshes.items()
-        if name in moment.bodies and name != GROUND
+        if name in moment.bodies and not is_ground(name)
     ]
     oil = [moment.positions[name] for name in run.oils if len(moment.positions.get(name, ()))]
     limits = [np.percentile(np.concatenate(oil), [2.0, 98.0], axis=0)] if oil else []

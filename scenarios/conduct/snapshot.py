@@ -26,6 +26,7 @@ from scenarios.conduct.equipment import lines_of, skimmers_of, skimmers_of_crew
 from scenarios.running.assembly import Assembly
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of, joint_name
 from scenarios.schema.sea import SeaSettings
+from scenarios.setup.at_sea.land import outlines_of, read_land
 from scenarios.spec.scenario import Scenario
 from scenarios.watch.slick_oil import Spots, spots_of_slick
 from vessels.vessel import heading_of
@@ -201,10 +202,12 @@ def _footprints(assembly: Assembly) -> dict[str, list[list[float]]]:
     return {name: outline for name, outline in found.items() if outline}
 
 
-def _land(assembly: Assembly) -> list[list[float]]:
-    """Return the outline [m] in plan of the shore that is dry in still water at the start; none without one."""
+def _land(assembly: Assembly) -> list[list[list[float]]]:
+    """Return the outlines [m] in plan of the shore that is dry in still water at the start, and of all land."""
     grounds = [np.asarray(one.world_mesh().vertices) for one in assembly.solids if one.name == GROUND]
-    return next((_hull(points[points[:, 2] >= assembly.level - 0.01]) for points in grounds), [])
+    dry = [_hull(points[points[:, 2] >= assembly.level - 0.01]) for points in grounds]
+    outlines = outlines_of(read_land(assembly.scenario.land, assembly.scenario.site, []))
+    return [*filter(None, dry), *([list(corner) for corner in outline] for outline in outlines)]
 
 
 def _hull(points: NDArray[np.float64]) -> list[list[float]]:

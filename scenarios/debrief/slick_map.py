@@ -15,7 +15,7 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ig
 from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.entity_paths import BODIES, VESSELS, body_group
-from recordings.model.exercise import GROUND, BoomDescription
+from recordings.model.exercise import BoomDescription, is_ground
 from recordings.model.words import cause_in_words, course_in_words, three_figures
 from recordings.pictures.chart import (
     draw_body,
@@ -88,7 +88,7 @@ def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str, *, last
 def _draw_vessels(axes: Axes, replay: Replay, first: Moment, last: Moment) -> None:
     """Draw the vessels at the beginning, faintly, and at the end, with their tracks; and all other bodies, such as a casualty."""
     for name, mesh in replay.run.meshes.items():
-        if body_group(name) == BODIES and name in last.bodies and name != GROUND:
+        if body_group(name) == BODIES and name in last.bodies and not is_ground(name):
             draw_body(axes, name, mesh, last.bodies[name], _ACROSS, 1.0)
         if body_group(name) == VESSELS and name in first.bodies and name in last.bodies:
             draw_body(axes, name, mesh, first.bodies[name], _ACROSS, 0.3)

@@ -229,10 +229,10 @@ def _helms(simulators: Simulators) -> dict[str, VesselControl | ManualControl]:
     return helms
 
 
-def _current(simulators: Simulators, vessel: Vessel, time: float) -> NDArray[np.float64]:
-    """Return the current (2,) [m/s] that a vessel meets at a time [s]."""
+def _current(simulators: Simulators, vessel: Vessel, place: NDArray[np.float64], time: float) -> NDArray[np.float64]:
+    """Return the current (2,) [m/s] that a vessel meets at a place (2,) [m] and a time [s]."""
     middle = np.array([simulators.level - 0.5 * vessel.hull.draft])
-    return np.array(simulators.sea.now.current(middle, time)[0])
+    return np.array(simulators.sea.now.current(middle, time, place)[0])
 
 
 def _wind(simulators: Simulators, place: NDArray[np.float64], time: float) -> NDArray[np.float64]:

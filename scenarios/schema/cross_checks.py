@@ -113,6 +113,7 @@ _SPACE = "only with fluid.dimension = 3"
 # entries, ``*`` stands for a name, that some runs cannot have: which runs, and what is allowed
 BARRED: tuple[tuple[str, Callable[[Parts], bool], str], ...] = (
     ("shore", _has_boxes, "at the fidelity none"),
+    ("land", _has_boxes, "at the fidelity none"),
     ("sea.tide", _has_boxes, "at the fidelity none"),
     ("booms.*.pocket", _has_boxes, "at the fidelity none; particles would meet a skirt"),
     ("booms.*.reel", _has_boxes, "at the fidelity none; particles would meet a skirt"),
@@ -167,6 +168,9 @@ def _fidelity(parts: Parts) -> Iterator[Problem]:
 
 def _shore_and_skimmers(parts: Parts) -> Iterator[Problem]:
     """Check that no body has the name of the shore, and what carries skimmers."""
+    for name, land in parts.land.items():
+        if land.file and parts.site is None:
+            yield Problem(f"land.{name}.file", "is given, allowed with [site], which says where its degrees lie")
     if parts.shore is not None and GROUND in parts.names["bodies"]:
         yield Problem(f"bodies.{GROUND}", "has the name of the [shore], allowed: another name")
     segments = {name: parts.booms[name].segments if name in parts.booms else 0 for name in parts.names["booms"]}

@@ -126,6 +126,7 @@ CHAPTERS: tuple[tuple[str, tuple[type, ...]], ...] = (
     ("sea.langmuir", (sea.LangmuirSettings,)),
     ("sea.tide", (Tide,)),
     ("shore", (sea.ShoreSettings,)),
+    ("land.NAME", (sea.LandSettings,)),
     ("window", (window.WindowTable,)),
     ("bodies.NAME", get_args(bodies.Body)),
     ("bodies.NAME.motion", get_args(bodies.Motion)),

@@ -9,6 +9,7 @@ from datetime import datetime
 from typing import ClassVar, Literal
 
 from oilsim.core.quantity import quantity
+from recordings.model.exercise import Site
 from scenarios.schema.parsing.quantity_fields import Point2, Section, Vector
 from scenarios.text.problems import Problem
 
@@ -99,6 +100,13 @@ class SiteSettings(Section):
     longitude: float = quantity("degrees east", at_least=-180.0, at_most=360.0)
     bearing: float = quantity("rad", default=0.5 * math.pi, at_least=-2.0 * math.pi, at_most=2.0 * math.pi)
     start: str = "2000-01-01T00:00:00Z"
+
+    @property
+    def recorded(self) -> Site:
+        """The site in sailors' units, as recordings have it."""
+        return Site(
+            latitude=self.latitude, longitude=self.longitude, bearing=math.degrees(self.bearing), start=self.start
+        )
 
     def problems(self) -> Iterator[Problem]:
         """Check that the start is a date and time."""

@@ -177,6 +177,30 @@ class ShoreSettings(Section):
     capacity: float = quantity("m3/m", default=0.02, at_least=0.0)
 
 
+@dataclass(frozen=True, kw_only=True)
+class LandSettings(Section):
+    """Land with steep sides, at the fidelity none: the stream runs along it, oil strands on it, vessels and booms run aground on it.
+
+    The current of the file is that far out; see the page "Sea" (*modelled*: a potential flow, without eddies).
+    Waves and wind do not feel it.
+
+    outline   (x, y) [m] of its corners in order
+    file      GeoJSON of polygons in degrees of longitude and latitude, in the place of `outline`; [site] says where they lie
+    capacity  [m3/m] oil that a metre of its edge takes
+    """
+
+    outline: tuple[Point2, ...] = quantity("m", default=())
+    file: str = ""
+    capacity: float = quantity("m3/m", default=0.02, at_least=0.0)
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that there is one outline, of three or more corners."""
+        if bool(self.outline) == bool(self.file):
+            yield Problem("outline", "and file are both given, or both missing, allowed: one of them")
+        elif self.outline and len(self.outline) < 3:
+            yield Problem("outline", f"has {len(self.outline)} corners, allowed: 3 or more")
+
+
 SeaWaves = RegularSeaWaves | JonswapSeaWaves
 SeaCurrent = SteadySeaCurrent | TidalSeaCurrent | FileSeaCurrent
 SeaWind = SteadySeaWind | FileSeaWind

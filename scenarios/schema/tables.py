@@ -14,7 +14,7 @@ from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmit
 from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import Fidelity, Probe, RunSettings, SiteSettings
-from scenarios.schema.sea import SeaSettings, ShoreSettings
+from scenarios.schema.sea import LandSettings, SeaSettings, ShoreSettings
 from scenarios.schema.window import WindowTable
 
 
@@ -27,6 +27,7 @@ class Tables:
     fill: Mapping[str, Fill] = field(default_factory=dict)
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     shore: ShoreSettings | None = None
+    land: Mapping[str, LandSettings] = field(default_factory=dict)
     window: Mapping[str, WindowTable] = field(default_factory=dict)
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
@@ -21,6 +21,7 @@ from scenarios.schema.run_settings import BodyProbe, Probe, RunSettings
 from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, Placing, Waters, place_fleet
 from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
+from scenarios.setup.at_sea.land import Land, outlines_of, read_land, stream_along
 from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
 from scenarios.setup.fill_lattice import empty_regions, off_lattice, placed_regions
 from scenarios.setup.fluid import clear_of, pipe_problems, water_level
@@ -44,12 +45,13 @@ QUICK = (
 class Layout:
     """Everything in its place at the start.
 
-    waters: at the start; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region that bodies
-    overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of the bodies that
-    exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: as it moves undisturbed.
+    waters: at the start; land: by name; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region that
+    bodies overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of the bodies
+    that exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: as it moves undisturbed.
     """
 
     waters: Waters
+    land: Mapping[str, Land]
     positions: Mapping[str, Array]
     left_out: Mapping[str, str]
     fleet: Fleet
@@ -65,7 +67,7 @@ def lay_out(spec: RunSpec) -> Layout:
     regions = placed_regions(liquid.fill, liquid.domain, fluid.particle_spacing, fluid.dimension)
     problems += empty_regions(liquid.fill, regions, liquid.domain, fluid.particle_spacing, fluid.dimension)
     sea_spec = spec.sea_at(water_level(liquid, regions))
-    waters = _waters(spec, sea_spec)
+    waters, land = _waters(spec, sea_spec), read_land(spec.land, spec.site, problems)
     own = own_solids(spec.bodies, problems)
     plan = Placing(
         vessels=spec.vessels, booms=spec.booms, moorings=spec.moorings, ties=spec.ties, tow=spec.tow, waters=waters
@@ -74,6 +76,7 @@ def lay_out(spec: RunSpec) -> Layout:
     solids = (*own, *fleet.solids)
     if waters.beach is not None:
         solids = (*solids, shore_solid(waters.beach, sea_spec.depth))
+    solids = (*solids, *(one.solid(name, sea_spec.level, sea_spec.depth) for name, one in land.items()))
     unsampled = list(_sampling_problems(solids, fluid.particle_spacing)) if liquid.in_tank else []
     problems += unsampled
     refused = {problem.path for problem in unsampled}
@@ -91,12 +94,15 @@ def lay_out(spec: RunSpec) -> Layout:
     met = coupled or (spec.window and any(solid.wetted for solid in solids))
     world = _world(plan, liquid, spec.run, solids, fleet, problems) if met else None
     sea = _sea(spec, sea_spec, problems)
+    if sea is not None and land:
+        sea = Sea(replace(sea.description, along_land=stream_along(outlines_of(land))))
     if problems or sea is None:
         raise ScenarioError(problems, spec.name)
     if world is not None and not liquid.in_tank:
         load_bodies(world, spec.booms, sea, fleet, solids)
     return Layout(
         waters=waters,
+        land=land,
         positions=positions,
         left_out=dict(
             _left_out(regions, positions, fluid.particle_spacing**fluid.dimension)

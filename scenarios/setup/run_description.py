@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -15,7 +14,7 @@ from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim.oil.fates import FATES
 from recordings.model.equipment import Equipment
-from recordings.model.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
+from recordings.model.exercise import BoomDescription, ExerciseDescription, WindowDescription
 from recordings.model.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.run_settings import PressureProbe, WaveGauge
@@ -25,7 +24,6 @@ from scenarios.setup.afloat.moorings import tie_name
 from scenarios.setup.simulators import Simulators
 from scenarios.setup.solids.placed_solids import Solid
 from scenarios.spec.resolve import RunSpec
-from scenarios.spec.scenario import SiteSettings
 from scenarios.text.versions import versions
 
 _QUANTITIES = {PressureProbe: "pressure [Pa]", WaveGauge: "height of the surface [m]"}  # what one number may be
@@ -53,7 +51,7 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
         boundaries={} if simulators.tank is None else {"tank": simulators.fluid.boundary_positions(simulators.tank)},
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
-        site=None if scenario.site is None else _site(scenario.site),
+        site=None if scenario.site is None else scenario.site.recorded,
         windows=tuple(describe_windows(simulators)),
         fates=FATES,
         plots=_describe_plots(scenario),
@@ -114,10 +112,6 @@ def _describe_plots(scenario: RunSpec) -> dict[str, tuple[str, ...]]:
         for name, probe in scenario.probes.items()
         if type(probe) in _QUANTITIES
     }
-
-
-def _site(site: SiteSettings) -> Site:
-    return Site(latitude=site.latitude, longitude=site.longitude, bearing=math.degrees(site.bearing), start=site.start)
 
 
 def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:

@@ -186,7 +186,9 @@ def _slicks(spec: RunSpec, layout: Layout) -> tuple[SlickParticipant, ...]:
     from scenarios.setup.at_sea.parcels import build_slick
 
     with problems_of("fill", "cannot become a slick"):
-        one = build_slick(spec.liquid, spec.run, spec.booms, layout.sea, layout.fleet.booms, layout.waters.beach)
+        one = build_slick(
+            spec.liquid, spec.run, spec.booms, layout.sea, layout.fleet.booms, layout.waters.beach, layout.land
+        )
     return (one,)
 
 

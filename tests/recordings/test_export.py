@@ -16,7 +16,7 @@ from scipy.io import netcdf_file
 from shapely.geometry import shape
 
 from recordings.export.chosen import every, oil_frames
-from recordings.export.geography import date_at, longitude_latitude
+from recordings.export.geography import date_at
 from recordings.export.geojson import slick_outlines, write_geojson
 from recordings.export.netcdf import write_netcdf
 from recordings.export.tables import write_tables
@@ -35,6 +35,7 @@ from recordings.model.frame import (
     RunDescription,
 )
 from recordings.model.surface import SurfaceFrame
+from recordings.model.tangent_plane import longitude_latitude
 from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
 

@@ -129,7 +129,7 @@ export class PlanView {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = "#dcebf2";
     pen.fillRect(0, 0, this.width, this.height);
-    if (this.scene.land.length) this.polygon(pen, this.scene.land, "#e3d3ac", "#a58f5b");
+    for (const outline of this.scene.land) this.polygon(pen, outline, "#e3d3ac", "#a58f5b");
     this.drawOil(pen);
     drawFurniture(pen, this); // below all that floats, so that it hides none of it
     for (const outline of Object.values(this.scene.bodies)) this.polygon(pen, outline, "#b9ae9c", "#6f6555");

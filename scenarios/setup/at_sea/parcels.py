@@ -34,6 +34,7 @@ from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.afloat.boom_lines import track_off_reel
 from scenarios.setup.afloat.boom_losses import tension_of
+from scenarios.setup.at_sea.land import Land
 from scenarios.setup.solids.placed_solids import vector
 from scenarios.spec.resolve import LiquidSpec
 from scenarios.text.problems import Problem, ScenarioError
@@ -97,7 +98,8 @@ class FloatingOilFlow:
 
     def surface_velocity(self, points_xy: Array, time: float) -> Array:
         """Return the velocity (N, 2) [m/s] at points (N, 2) [m]."""
-        current = self._sea.current(self._sea.still_level(time), time)
+        level = np.full(len(points_xy), self._sea.still_level(time))
+        current = self._sea.current(level, time, points_xy)
         return np.asarray(current + self._sea.surface_drift(points_xy, time), np.float64)
 
 
@@ -123,6 +125,7 @@ def build_slick(
     sea: Sea,
     booms: Mapping[str, BoomLayout],
     beach: Beach | None,
+    land: Mapping[str, Land],
 ) -> SlickParticipant:
     """Build the slick of the oil that is filled in, or may be poured, among booms by their settings."""
     spills = {name: spill_of(fill, liquid.domain) for name, fill in liquid.spills.items()}
@@ -135,7 +138,9 @@ def build_slick(
         diffusivity=sea.description.diffusivity,
         seed=run.seed,
     )
-    slick = Slick(settings, _barriers(booms, bodies, beach))
+    slick = Slick(
+        settings, [*_barriers(booms, bodies, beach), *(one for name, own in land.items() for one in own.barriers(name))]
+    )
     for name in booms:
         for joint in settings_of[name].parted:
             slick.part(name, joint)

@@ -21,7 +21,7 @@ def test_helmsmen_meet_the_current_and_frames_show_the_surface(fidelity: str) ->
     try:
         current = next(iter(assembly.parts.helms.values())).current
         assert current is not None
-        np.testing.assert_allclose(current(0.0), [-0.2 * 1852.0 / 3600.0, 0.0], atol=1e-9)
+        np.testing.assert_allclose(current(np.zeros(2), 0.0), [-0.2 * 1852.0 / 3600.0, 0.0], atol=1e-9)
         frame = assembly.frame_source(simulation.communication_point)
         surface = frame.surface
         assert surface is not None

@@ -1,0 +1,169 @@
+"""Land: the stream along it against potential flow and continuity, its files, and what it does to oil and vessels."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from oilsim.sea import CurrentProfile, Sea, SeaDescription, SteadyFlow
+from recordings.model.exercise import Site
+from recordings.model.tangent_plane import longitude_latitude
+from scenarios.running.assembly import build
+from scenarios.setup.at_sea import land
+from scenarios.setup.at_sea.land import Corners, stream_along
+from scenarios.spec.load import load_scenario
+from scenarios.spec.resolve import resolve
+from scenarios.text.problems import ScenarioError
+
+RADIUS = 100.0
+TURNS = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
+ISLAND: Corners = tuple(zip((RADIUS * np.cos(TURNS)).tolist(), (RADIUS * np.sin(TURNS)).tolist(), strict=True))
+SITE = Site(latitude=57.66, longitude=11.7, bearing=250.0)
+HARBOUR = """
+name = "own-harbour"
+run = { duration = 60.0, communication_step = 0.1 }
+fluid.particle_spacing = 0.25
+[phases.water]
+density = 1027.0
+dynamic_viscosity = 1.05e-3
+[phases.oil]
+oil = "alaska-north-slope"
+[fill.slick]
+shape = "block"
+phase = "oil"
+lower = [-14.0, -5.0, -0.003]
+upper = [-4.0, 5.0, 0.0]
+[sea]
+depth = 12.0
+[sea.current]
+speed = 0.5
+direction = 0.0
+[sea.wind]
+speed = 10.0
+direction = 0.0
+[land.island]
+outline = [[0.0, -30.0], [40.0, -30.0], [40.0, 30.0], [0.0, 30.0]]
+[vessels.one]
+length = 15.0
+beam = 5.0
+draft = 1.6
+depth = 3.0
+position = [-20.0, 18.0]
+heading = 0.0
+bollard_pull = 60000.0
+yaw_moment = 250000.0
+side_thrust = 20000.0
+[tow]
+speed_kn = 3.0
+heading = 0.0
+"""
+
+
+def around_island(places: np.ndarray) -> np.ndarray:
+    """Velocity (N, 2) of a unit stream along x around the island: w = 1 - a2 / z2 (Batchelor 1967, section 6.6)."""
+    z = places[:, 0] + 1j * places[:, 1]
+    rate = 1.0 - RADIUS**2 / z**2
+    return np.stack([rate.real, -rate.imag], axis=-1)
+
+
+def error(cells: int, monkeypatch: pytest.MonkeyPatch) -> float:
+    """Root mean square error of the stream from 0.1 to 0.3 radii beside the island."""
+    monkeypatch.setattr(land, "CELLS", cells)
+    stream_along.cache_clear()
+    turn, radius = np.meshgrid(np.linspace(0.0, 6.2, 60), np.linspace(1.1, 1.3, 8) * RADIUS)
+    places = np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=-1).reshape(-1, 2)
+    found = stream_along((ISLAND,)).at(places)
+    stream_along.cache_clear()
+    across = around_island(places @ [[0.0, -1.0], [1.0, 0.0]]) @ [[0.0, 1.0], [-1.0, 0.0]]  # turned by a right angle
+    differences = np.concatenate([found[:, :, 0] - around_island(places), found[:, :, 1] - across])
+    return float(np.sqrt((differences**2).sum(axis=1).mean()))
+
+
+def test_the_stream_around_an_island_converges_to_the_potential_flow(monkeypatch: pytest.MonkeyPatch) -> None:
+    coarse, middle, fine = (error(cells, monkeypatch) for cells in (60, 120, 240))
+    assert fine < 0.015
+    assert coarse > 1.5 * middle > 2.0 * fine
+
+
+def test_as_much_flows_through_a_gap_at_each_of_its_sections() -> None:
+    walls = (((-100.0, 10.0), (100.0, 10.0), (100.0, 60.0), (-100.0, 60.0)),
+             ((-100.0, -60.0), (100.0, -60.0), (100.0, -10.0), (-100.0, -10.0)))  # fmt: skip
+    y = np.linspace(-9.9, 9.9, 100)
+    flows = [stream_along(walls).at(np.column_stack([np.full(100, x), y]))[:, 0, 0].mean() for x in (-70.0, 0.0, 50.0)]
+    assert flows == pytest.approx([flows[1]] * 3, rel=0.02)
+
+
+def test_a_thin_wall_does_not_leak() -> None:
+    basin = ((-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0), (-50.0, -47.0), (-47.0, -47.0), (-47.0, 47.0),
+             (47.0, 47.0), (47.0, -47.0), (-50.0, -47.0))  # fmt: skip
+    inside = np.random.default_rng(1).uniform(-40.0, 40.0, (200, 2))
+    assert np.abs(stream_along((basin,)).at(inside)).max() < 1e-6
+
+
+def test_the_sea_runs_along_its_land_and_far_out_as_it_did() -> None:
+    current = CurrentProfile(flow=SteadyFlow(speed=0.5, direction=0.0))
+    open_sea = Sea(SeaDescription(depth=10.0, current=current))
+    sea = Sea(replace(open_sea.description, along_land=stream_along((ISLAND,))))
+    abeam, far = np.array([[0.0, 1.5 * RADIUS]]), np.array([[0.0, 50.0 * RADIUS]])
+    wanted = 0.5 * around_island(abeam)[0, 0]
+    assert sea.current(np.zeros(1), 0.0, abeam)[0, 0] == pytest.approx(wanted, rel=0.02)
+    assert sea.velocity(np.append(abeam, [[0.0]], axis=1), 0.0)[0, 0] == pytest.approx(wanted, rel=0.02)
+    np.testing.assert_array_equal(sea.current(np.zeros(1), 0.0, far), open_sea.current(np.zeros(1), 0.0))
+    later = sea.followed_by(replace(open_sea.description, current=None), 1.0, np.zeros(2))
+    assert later.description.along_land is sea.description.along_land
+
+
+def test_geojson_is_read_where_the_site_says(tmp_path: Path) -> None:
+    corners = np.array([[0.0, -30.0], [40.0, -30.0], [40.0, 30.0], [0.0, 30.0], [0.0, -30.0]])
+    ring = np.stack(longitude_latitude(SITE, corners), axis=1).tolist()
+    shapes = [{"type": "Polygon", "coordinates": [ring]}, {"type": "MultiPolygon", "coordinates": [[ring], [ring]]}]
+    features = [{"type": "Feature", "properties": None, "geometry": one} for one in shapes]
+    (tmp_path / "own.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    place = "[site]\nlatitude = 57.66\nlongitude = 11.7\nbearing_deg = 250.0\n"
+    text = HARBOUR.replace("outline = [[0.0, -30.0], [40.0, -30.0], [40.0, 30.0], [0.0, 30.0]]", 'file = "own.geojson"')
+    (tmp_path / "own.toml").write_text(text + place)
+    spec = resolve(load_scenario(tmp_path / "own.toml").scenario)
+    found = land.read_land(spec.land, spec.site, [])["island"].outlines
+    np.testing.assert_allclose(found, [corners[:-1]] * 3, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ("{", "Expecting"),
+        ('{"type": "FeatureCollection", "features": []}', "holds no Polygon"),
+        ('{"type": "Polygon", "coordinates": [[[11, 57], [11, 58], [11, 57]]]}', "no ring of 4 or more positions"),
+        ('{"type": "Polygon", "coordinates": [[[11, 57], [11, 58], [12, 58], [11, 57]]]}', "km from the [site]"),
+        ('{"type": "Polygon", "coordinates": [[["a", 57], [11, 58], [12, 58], [11, 57]]]}', "land.island.file"),
+        ('{"type": "Polygon"}', "land.island.file"),
+        ("[]", "land.island.file"),
+    ],
+)
+def test_files_that_are_no_land_are_refused_by_their_key(content: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "own.geojson").write_text(content)
+    text = HARBOUR.replace("outline = [[0.0, -30.0], [40.0, -30.0], [40.0, 30.0], [0.0, 30.0]]", 'file = "own.geojson"')
+    (tmp_path / "own.toml").write_text(text + "[site]\nlatitude = 57.66\nlongitude = 11.7\n")
+    with pytest.raises(ScenarioError) as caught:
+        build(load_scenario(tmp_path / "own.toml").scenario)
+    assert told in str(caught.value) and "land.island.file" in str(caught.value)
+
+
+def test_oil_strands_on_land_and_a_vessel_runs_aground_on_it(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(HARBOUR)
+    assembly = build(load_scenario(tmp_path / "own.toml").scenario)
+    simulation = assembly.co_simulation()
+    simulation.initialize()
+    for _ in range(600):
+        simulation.step()
+    slick, world = assembly.slicks[0].slick, assembly.world
+    assert world is not None
+    bow = world.pose("vessels/one")[0] + 7.5
+    assert -0.5 < bow < 0.5  # it would be 90 m further on
+    assert float(slick.oil.stranded) > 0.0
+    at = slick.parcels.position
+    assert not ((at[:, 0] > 0.1) & (at[:, 0] < 39.9) & (np.abs(at[:, 1]) < 29.9)).any()
+    simulation.terminate()
