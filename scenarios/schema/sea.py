@@ -172,7 +172,7 @@ class ShoreSettings(Section):
 
     waterline: Point2 = quantity("m")
     seaward: float = quantity("rad")
-    slope: float = quantity("", above=0.0, at_most=1.0)
+    slope: float = quantity("", at_least=1e-4, at_most=1.0)
     width: float = quantity("m", default=200.0, above=1.0)
     capacity: float = quantity("m3/m", default=0.02, at_least=0.0)
 

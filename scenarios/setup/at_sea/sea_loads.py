@@ -120,7 +120,7 @@ def loads_of_body(placed: PlacedBody, water_density: float, *, is_hull: bool = F
 
 def shore_solid(beach: Beach, depth: float) -> Solid:
     """Return the ground as pictures show it: from the sea's floor, `depth` [m] under the waterline, as far up as down."""
-    run = 2.0 * depth * np.hypot(1.0, 1.0 / beach.slope)
+    run = max(2.0 * depth * np.hypot(1.0, 1.0 / beach.slope), THICKNESS)
     mesh = trimesh.creation.box((run, beach.width, THICKNESS))
     for _ in range(HALVINGS):
         mesh = mesh.subdivide()

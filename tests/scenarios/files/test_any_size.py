@@ -119,3 +119,8 @@ def test_names_that_no_folder_takes_are_refused(name: str, told: str, tmp_path: 
         archive.writestr(f"resources/{name}", "")
     with pytest.raises(ValueError, match=told):
         read_description(path)
+
+
+@pytest.mark.parametrize("entry", ["sea.depth=1e-323", "shore.slope=1e-300"])
+def test_a_shore_without_depth_or_slope_is_refused_in_words(entry: str) -> None:
+    assert main(["check", "shore-seal", "--set", entry]) == 2
