@@ -143,9 +143,9 @@ class BulletClient:
         pose[:, 3:] = turned(pose[:, 3:], np.array([body.to_mesh for body in bodies]))
         return pose, np.array(moving)
 
-    def touching(self) -> set[int]:
-        """Return the unique ids of all bodies that were in contact in the last step."""
-        return {unique_id for contact in self._call(pybullet.getContactPoints) for unique_id in contact[1:3]}
+    def touching(self) -> set[tuple[int, int]]:
+        """Return the unique ids of all pairs of bodies that were in contact in the last step."""
+        return {contact[1:3] for contact in self._call(pybullet.getContactPoints)}
 
     def overlaps(self) -> dict[tuple[int, int], float]:
         """Return the depths [m] by which bodies overlap at their present places, by pairs of unique ids."""

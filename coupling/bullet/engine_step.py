@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
@@ -52,7 +53,7 @@ class EngineStep:
 
     def __init__(self, client: BulletClient, state: RigidBodyState, gravity: Array) -> None:
         self._client, self._state, self._gravity = client, state, gravity
-        self.touched: set[int] = set()  # unique ids of bodies in contact since this was emptied
+        self.touched: set[tuple[int, int]] = set()  # unique ids of pairs in contact since this was emptied
         self.is_behind = False  # its bodies have not followed steps without it
         self._moved: tuple[Sequence[Body], FreeBodies] | None = None  # by the last step without it
 
@@ -133,9 +134,10 @@ class EngineStep:
 
     def _refuse_foreign(self, free: Sequence[Body], unexplained: Array) -> None:
         """Raise RuntimeError for an impulse (6,) that no wrench, joint or contact explains: another program left a force pending."""
+        hit = set(chain.from_iterable(self.touched))
         for index in np.flatnonzero(unexplained.any(axis=1)):
             body = free[int(index)]
-            if not body.is_jointed and body.bullet.unique_id not in self.touched:
+            if not body.is_jointed and body.bullet.unique_id not in hit:
                 raise RuntimeError(
                     f"body {body.name!r} gets an impulse of {unexplained[index].tolist()} N s and N m s that no wrench, joint or "
                     f"contact explains, allowed: forces by set_wrench and set_applied_wrench, none applied to the client directly"

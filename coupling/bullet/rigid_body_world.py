@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Literal
 
 import numpy as np
@@ -84,9 +85,18 @@ class RigidBodyWorld(LoadedBodies):
         return tuple(body.name for body in self._free)
 
     @property
+    def met(self) -> frozenset[tuple[str, str]]:
+        """Pairs of bodies that ran into each other in the last advance, the first named first; "" is a half-space."""
+        if not self._engine.touched:
+            return frozenset()
+        names = {body.bullet.unique_id: name for name, body in self._bodies.items()}
+        pairs = (sorted((names.get(one, ""), names.get(other, ""))) for one, other in self._engine.touched)
+        return frozenset((one, other) for one, other in pairs)
+
+    @property
     def disturbed(self) -> tuple[str, ...]:
         """Free bodies that ran into something in the last advance, or are connected by joints to one that did."""
-        hit = {name for name, body in self._bodies.items() if body.bullet.unique_id in self._engine.touched}
+        hit = set(chain.from_iterable(self.met)) - {""}
         all_jointed = any(self._bodies[name].is_jointed for name in hit)
         return tuple(
             name for name in self.free_body_names if name in hit or (all_jointed and self._bodies[name].is_jointed)

@@ -20,6 +20,7 @@ from scenarios.setup.afloat.boom_losses import assumed_tensions, closure_losses
 from scenarios.setup.simulators import Simulators
 from scenarios.spec.resolve import RunSpec
 from scenarios.watch.boom_score import BoomScore, Notice, Oil
+from scenarios.watch.collisions import Collisions
 from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
@@ -46,6 +47,7 @@ class Scoring:
         self._orders = tuple(_orders(fleet.vessels, self._bearing))
         self._announced_until = -math.inf  # [s]
         self._notices: list[Notice] = []
+        self._collisions = Collisions()
         self.ledger = OilLedger()
         self.booms = tuple(
             BoomScore(
@@ -69,6 +71,8 @@ class Scoring:
     def advance(self, time: float) -> None:
         """Take the state at `time` [s] into the ledger and all scores."""
         self._announce_orders(time)
+        if self._world is not None:
+            self._notices += self._collisions.notices(self._world.met)
         if self.booms and self._world is not None:
             self._advance_booms(time, self._world)
         self.ledger.close(self._rows())
@@ -142,7 +146,7 @@ class Scoring:
             "booms": booms,
             "ledger": self.ledger.save_state(),
             "announced_until": self._announced_until,
-        }
+        } | ({"collisions": sorted(self._collisions.told)} if self._collisions.told else {})
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
         """Go back to what `save_state` returned."""
@@ -150,6 +154,7 @@ class Scoring:
             boom.restore_state(saved["booms"][boom.name])
         self.ledger.restore_state(saved["ledger"])
         self._announced_until, self._notices = saved["announced_until"], []
+        self._collisions.told = {(one, words) for one, words in saved.get("collisions", [])}
 
     def take_parting(self, boom: str, number: int, why: str = "") -> None:
         """Announce that a joint of a boom, counted from 1 at its first end, has parted, and why."""

@@ -157,8 +157,11 @@ def test_oil_strands_on_land_and_a_vessel_runs_aground_on_it(tmp_path: Path) -> 
     assembly = build(load_scenario(tmp_path / "own.toml").scenario)
     simulation = assembly.co_simulation()
     simulation.initialize()
+    told = []
     for _ in range(600):
         simulation.step()
+        told += [notice.text for notice in assembly.scoring.take_notices()]
+    assert told.count("one runs aground on island") == 1
     slick, world = assembly.slicks[0].slick, assembly.world
     assert world is not None
     bow = world.pose("vessels/one")[0] + 7.5
