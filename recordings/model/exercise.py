@@ -132,6 +132,7 @@ class ExerciseDescription:
     wind      (x, y) [m/s] at the start, towards which it blows; 0 without one
     criteria  what the scenario changes of the criteria of the grade, or adds to them: settings by name, for each criterion's key
     equipment skimmers, mooring legs and ties
+    prices    of the operation, with their currency, by key; empty without
     """
 
     booms: tuple[BoomDescription, ...] = ()
@@ -141,6 +142,7 @@ class ExerciseDescription:
     wind: tuple[float, float] = (0.0, 0.0)
     criteria: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     equipment: tuple[Equipment, ...] = ()
+    prices: Mapping[str, Any] = field(default_factory=dict)
 
 
 def to_json(description: Site | ExerciseDescription | None) -> str:

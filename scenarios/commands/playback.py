@@ -48,19 +48,24 @@ def register_debrief(commands: argparse._SubParsersAction) -> None:
         "--out", type=Path, metavar="DIR", help="folder for the page and its pictures (default: FILE-debrief)"
     )
     parser.add_argument("--criteria", type=Path, metavar="FILE.toml", help="your own limits and weights for the grade")
+    parser.add_argument(
+        "--report", action="store_true", help="write report.html, too: POLREP, ICS 209 and cost as forms to print"
+    )
     parser.set_defaults(command=_debrief)
 
 
 def _debrief(options: argparse.Namespace) -> int:
     from scenarios.commands.options import file_errors
     from scenarios.debrief.grade import read_criteria
-    from scenarios.debrief.page import write_debrief
+    from scenarios.debrief.page import REPORT, write_debrief
 
     criteria = None if options.criteria is None else read_criteria(options.criteria)
     folder = options.out or Path(f"{options.recording.stem}-debrief")
     require_writable({}, {"--out": folder})
     with file_errors():
-        print(write_debrief(options.recording, folder, criteria))
+        print(write_debrief(options.recording, folder, criteria, report=options.report))
+    if options.report:
+        print(folder / REPORT)
     return DONE
 
 

@@ -113,6 +113,7 @@ COMMENTS = {
     "skimmers": "skimmers and their storage: nameplate [m3/h], swath [m], storage [m3]",
     "injects": "what happens to the crew: at a time [s], on a condition, or on the instructor's order; see the page Orders",
     "criteria": "how it is graded: limits and weight of each criterion, and why; the debrief shows the keys",
+    "prices": "what the operation costs: `oilsim debrief RECORDING --report` counts it",
     "fidelities": "particles that the exercise offers: `oilsim run FILE --fidelity fine`",
     "levels": "changes of the easy and the hard variant: `oilsim run FILE --level hard`",
     "camera": "where pictures are taken from, and at [m]",

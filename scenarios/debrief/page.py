@@ -37,10 +37,11 @@ from scenarios.debrief.grade import DESIGN_SPEED, GROSS_SPEED, LETTERS, Grade, c
 from scenarios.debrief.key_moments import KeyMoment, deck_text, is_technical, key_moments
 from scenarios.debrief.measures import over_by_segment
 from scenarios.debrief.recovery_rates import loss_curve, rate_figures, rates_diagram
+from scenarios.debrief.reports import report_parts
 from scenarios.debrief.slick_map import slick_map
 from scenarios.schema.criteria import CriterionSettings
 
-PAGE = "debrief.html"
+PAGE, REPORT = "debrief.html", "report.html"
 SEGMENT_SPEEDS = (DESIGN_SPEED, PRACTICE_SPEED, GROSS_SPEED)  # [m/s], of the criteria of the same names
 _DPI = 110
 _DRAWN = {"oil": oil_diagram, "rates": rates_diagram, **DIAGRAMS, "loss": loss_curve}
@@ -58,10 +59,13 @@ class BoomChapter:
     segments: list[tuple[str, ...]]
 
 
-def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, CriterionSettings] | None = None) -> Path:
+def write_debrief(
+    recording: Path, folder: Path, criteria: Mapping[str, CriterionSettings] | None = None, *, report: bool = False
+) -> Path:
     """Read a recording and write its debrief into ``folder``, which is created if needed; return the page's path.
 
-    criteria: changes and additions to those of the deployment; by default those of the recorded scenario.
+    criteria: changes and additions to those of the deployment; by default those of the recorded scenario. With `report`, `REPORT` is
+    written beside it: POLREP, ICS 209, and what the operation cost.
     """
     replay = JoinedReplay(recording)
     if criteria is None and replay.run.exercise is not None:
@@ -76,12 +80,16 @@ def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, Criterio
         probes = probe_diagram(replay, moments)
         probe_picture = "" if probes is None else _write_figure(probes, folder / "probes.png")
         chapters = [_chapter(replay, history, moments, criteria, folder, len(histories) > 1) for history in histories]
+    shown = {
+        "recording": recording.name,
+        "duration": moments[-1].time,
+        "moments": list(zip(moments, pictures, strict=True)),
+        "map": map_picture,
+    }
     page = _rendered(
         replay,
-        recording=recording.name,
-        duration=moments[-1].time,
-        moments=list(zip(moments, pictures, strict=True)),
-        map=map_picture,
+        "page.html",
+        **shown,
         probes=probe_picture,
         chapters=chapters,
         overall=exercise_grade({chapter.history.boom.name: chapter.grade for chapter in chapters}),
@@ -89,14 +97,17 @@ def write_debrief(recording: Path, folder: Path, criteria: Mapping[str, Criterio
     target = folder / PAGE
     target.write_text(page, encoding="utf-8")
     (folder / "grade.json").write_text(json.dumps(_grades(chapters), indent=1) + "\n", encoding="utf-8")
+    if report:
+        parts = {**shown, **report_parts(replay, moments)}
+        (folder / REPORT).write_text(_rendered(replay, REPORT, **parts), encoding="utf-8")
     return target
 
 
-def _rendered(replay: JoinedReplay, **parts: object) -> str:
-    """Return the page of a recording, made of its own facts and these parts."""
+def _rendered(replay: JoinedReplay, template: str, **parts: object) -> str:
+    """Return a page of a recording, made of its own facts and these parts."""
     return (
         _environment()
-        .get_template("page.html")
+        .get_template(template)
         .render(
             run=replay.run,
             end_reason=replay.end_reason,

@@ -21,8 +21,8 @@ from scenarios.text.problems import Problem, ScenarioError
 
 # Terms of a run that its course does not depend on.
 TERM_KEYS = (
-    "run.duration", "run.threads", "recording.*", "camera.*", "criteria.*", "title", "text", "demo", "demo.*", "levels", "levels.*",
-    "exercise", "exercise.*",
+    "run.duration", "run.threads", "recording.*", "camera.*", "criteria.*", "prices", "prices.*", "title", "text", "demo", "demo.*",
+    "levels", "levels.*", "exercise", "exercise.*",
 )  # fmt: skip
 # scenarios after some actions that a plan keeps, so that an order costs the same after many; numerical; those of the last orders
 KEPT = 8

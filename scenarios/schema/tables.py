@@ -12,6 +12,7 @@ from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
 from scenarios.schema.moorings import MooringSettings, TieSettings
+from scenarios.schema.prices import PriceSettings
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import Fidelity, Probe, RunSettings, SiteSettings
 from scenarios.schema.sea import LandSettings, SeaSettings, ShoreSettings
@@ -38,6 +39,7 @@ class Tables:
     tow: TowSettings | None = None
     injects: Mapping[str, InjectSettings] = field(default_factory=dict)
     criteria: Mapping[str, CriterionSettings] = field(default_factory=dict)
+    prices: PriceSettings | None = None
     probes: Mapping[str, Probe] = field(default_factory=dict)
     fmus: Mapping[str, FmuSettings] = field(default_factory=dict)
     site: SiteSettings | None = None

@@ -128,6 +128,7 @@ def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:
         period=scenario.period,
         wind=wind,
         criteria=as_data(scenario.criteria),
+        prices=as_data(scenario.prices) if scenario.prices else {},
         equipment=tuple(_describe_equipment(simulators)),
     )
 
