@@ -27,16 +27,31 @@ _EQUIPMENT_RADIUS = 0.3  # [m] of skimmers' rings and of lines; a line of 24 mm 
 _LOST_RADIUS = 0.75  # larger than _OIL_RADIUS, so that lost oil covers the same oil of its phase
 
 
+class SceneView:
+    """One camera that sees some moments of a run, for pictures of these and of moments between them."""
+
+    def __init__(
+        self, run: RunDescription, moments: Sequence[Moment], width: int, *, exercise_only: bool = False
+    ) -> None:
+        """Aim the camera; pictures are `width` [pixels] wide, and as high as needed.
+
+        With ``exercise_only`` the camera frames bodies and oil, and not all of the water.
+        """
+        self._run, self._width = run, width
+        self._projection, self._height = _shared_view(run, moments, width, exercise_only)
+        self._depth = _water_depth(run, moments)
+
+    def draw(self, moment: Moment) -> Points:
+        """Draw a picture (height, width, 3) of colours from 0 to 1."""
+        return _render(self._run, moment, Canvas(self._projection, self._width, self._height), self._depth)
+
+
 def render_moments(
     run: RunDescription, moments: Sequence[Moment], width: int, *, exercise_only: bool = False
 ) -> list[Points]:
-    """Draw pictures (height, width, 3) of colours from 0 to 1, with one camera that sees all moments; they are as high as needed.
-
-    With ``exercise_only`` the camera frames bodies and oil, and not all of the water.
-    """
-    projection, height = _shared_view(run, moments, width, exercise_only)
-    depth = _water_depth(run, moments)
-    return [_render(run, moment, Canvas(projection, width, height), depth) for moment in moments]
+    """Draw pictures (height, width, 3) of colours from 0 to 1 of all moments, by one `SceneView` that sees them."""
+    view = SceneView(run, moments, width, exercise_only=exercise_only)
+    return [view.draw(moment) for moment in moments]
 
 
 def render_marked(

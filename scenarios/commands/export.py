@@ -1,4 +1,4 @@
-"""`oilsim export`: write a recording for far-field models, maps and ParaView."""
+"""`oilsim export`: write a recording for far-field models, maps and ParaView, or as a film."""
 
 from __future__ import annotations
 
@@ -13,10 +13,14 @@ if TYPE_CHECKING:
     from recordings.model.exercise import Site
     from recordings.replay.recording import Replay
 
+_OUTPUTS = ("netcdf", "geojson", "vtk", "film")
+
 
 def register(commands: argparse._SubParsersAction) -> None:
     """Add the subcommand's parser to `commands`."""
-    parser = commands.add_parser("export", help="write a recording for far-field oil models, maps or ParaView")
+    parser = commands.add_parser(
+        "export", help="write a recording for far-field oil models, maps or ParaView, or as a film"
+    )
     parser.add_argument("recording", type=Path, metavar="FILE", help="a recording (.rrd)")
     parser.add_argument(
         "--netcdf", type=Path, metavar="FILE.nc", help="write the oil particles for GNOME and OpenDrift"
@@ -25,6 +29,12 @@ def register(commands: argparse._SubParsersAction) -> None:
         "--geojson", type=Path, metavar="FILE.geojson", help="write slick outlines, booms and tracks for maps"
     )
     parser.add_argument("--vtk", type=Path, metavar="DIR", help="write particles and bodies for ParaView")
+    parser.add_argument(
+        "--film",
+        type=Path,
+        metavar="FILE.gif",
+        help="draw a film of ten seconds, .gif or .webp, in the look of --picture",
+    )
     parser.add_argument(
         "--every", type=float, metavar="S", help="shortest time between exported frames [s] (default: every frame)"
     )
@@ -50,21 +60,30 @@ def register(commands: argparse._SubParsersAction) -> None:
 def _export(options: argparse.Namespace) -> int:
     from scenarios.commands.options import file_errors, interval, require_some, require_used, whole_run
 
-    require_some(options, "netcdf", "geojson", "vtk")
+    require_some(options, *_OUTPUTS)
     maps = ("netcdf", "geojson")
-    require_used(
-        options, {"lost_only": ("netcdf",), "particles": ("geojson",), "site": maps, "bearing": maps, "start": maps}
-    )
-    written = {f"--{name}": getattr(options, name) for name in ("netcdf", "geojson", "vtk")}
+    places = {"site": maps, "bearing": maps, "start": maps}
+    require_used(options, {"every": (*maps, "vtk"), "lost_only": ("netcdf",), "particles": ("geojson",), **places})
+    written = {f"--{name}": getattr(options, name) for name in _OUTPUTS}
     require_apart({"the recording": options.recording}, written)
-    require_writable({"--netcdf": options.netcdf, "--geojson": options.geojson}, {"--vtk": options.vtk})
+    folder = written.pop("--vtk")
+    require_writable(written, {"--vtk": folder})
+    _require_film_name(options.film)
     apart = interval(options)
     replay = whole_run(options.recording)
     site = _site(options, replay) if options.netcdf or options.geojson else None
     with file_errors():
         _write(options, replay, site, apart)
-        print(*filter(None, (options.netcdf, options.geojson, options.vtk)), sep="\n")
+        print(*filter(None, (getattr(options, name) for name in _OUTPUTS)), sep="\n")
     return DONE
+
+
+def _require_film_name(film: Path | None) -> None:
+    from recordings.pictures.film import FILM_ENDINGS
+
+    if film is not None and film.suffix not in FILM_ENDINGS:
+        text = f"is {str(film)!r}, allowed: a name that ends with {' or '.join(FILM_ENDINGS)}"
+        raise ScenarioError([Problem("--film", text)], "oilsim")
 
 
 def _write(options: argparse.Namespace, replay: Replay, site: Site | None, apart: float | None) -> None:
@@ -80,6 +99,14 @@ def _write(options: argparse.Namespace, replay: Replay, site: Site | None, apart
         from recordings.export.vtk_files import write_vtk
 
         write_vtk(replay, options.vtk, interval=apart)
+    if options.film is not None:
+        from rich.progress import track
+
+        from recordings.pictures.film import draw_film
+        from scenarios.text.terminal import terminal
+
+        shown = terminal(stderr=True)
+        draw_film(replay, options.film, lambda images, count: track(images, "drawing the film", count, console=shown))
 
 
 def _site(options: argparse.Namespace, replay: Replay) -> Site:
