@@ -42,6 +42,17 @@ def test_live_is_as_fine_as_the_machine_is_fast() -> None:
     assert 0.0 < seconds_per_particle_step(1) < math.inf
 
 
+@pytest.mark.parametrize(
+    "name", ["sweep-200m", "j-sweep-skimmer", "v-sweep", "anchored-containment", "tow-speed-trial"]
+)
+@pytest.mark.parametrize(("fidelity", "least"), [("live", COARSE), ("fine", FINE)])
+def test_exercises_offer_a_window_at_the_apex(name: str, fidelity: str, least: float) -> None:
+    scenario = numbered(load_scenario(name, overrides=[f"fidelity={fidelity}"]).scenario)
+    (window,) = scenario.window.values()
+    draft = scenario.booms[str(window.target)].skirt_depth
+    assert draft / window.spacing_in(scenario.fluid) > 0.99 * least
+
+
 def test_check_tells_what_comes_of_it() -> None:
     told = "\n".join(estimate(sweep("window.size=[8.0, 8.0]", "window.depth=1.2")).told)
     assert "window: 8 by 8 m, 1.25 m deep, 5,120 particles of 0.25 m in 1 step a" in told
