@@ -104,7 +104,7 @@ class Loop:
         return {name: tuple(what) for name, what in map(json.loads, report.read_text().splitlines())}
 
     def _tried(self, fault: Mutant, items: list[Any]) -> list[Any] | None:
-        """Return a trial's outcome; None if no function has the fault's code."""
+        """Return a trial's outcome; None if no function has the fault's code, or the fork stood still, as those of threads' owners may."""
         report = self._folder / "trial.json"
         report.unlink(missing_ok=True)
 
@@ -124,8 +124,8 @@ class Loop:
                     return
 
         self._failed = False
-        _, spent = forked(call)
-        return [*json.loads(report.read_text()), spent] if report.exists() else None
+        status, spent = forked(call)
+        return [*json.loads(report.read_text()), spent] if report.exists() and status != -signal.SIGKILL else None
 
 
 def observe(faults: list[Mutant], notice: Callable[[int], None]) -> None:

@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,11 +18,12 @@ from tests.mutants.mutations import Mutant
 from tests.mutants.nearness import PACKAGES
 
 LIBRARIES = (
-    "numpy", "numba", "scipy.spatial", "scipy.sparse.linalg", "scipy.optimize", "trimesh", "rerun", "pyarrow", "matplotlib.pyplot",
+    "numpy", "numba", "scipy.spatial", "scipy.sparse.linalg", "scipy.optimize", "trimesh", "pyarrow", "matplotlib.pyplot",
     "pytest", "cattrs", "rich.console", "rich.table", "jinja2", "pybullet",
 )  # fmt: skip
 QUIET = ("-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "timeout=0")
 LONGEST = 200  # [s] of processor time of one test; a fault that makes it longer is noticed, because tests are quick
+STILL = 30.0  # [s] with less than a second of processor time, after which a fork stands: it lacks a library's threads
 WAITED = 1500.0  # [s] of a trial, by the clock: a test that sleeps so long is a fault that is noticed
 
 
@@ -122,7 +123,7 @@ def run_tests(tests: list[str], cache: Path, seconds: float) -> Outcome:
 
 def forked(call: Callable[[], None]) -> tuple[int, float]:
     """Call in a fork of this process; return its exit code, minus a signal's number, and the processor time [s] it took."""
-    before, until = processor_time(), time.monotonic() + WAITED
+    before, until, used, moved = processor_time(), time.monotonic() + WAITED, 0, time.monotonic()
     child = os.fork()
     if child == 0:
         try:
@@ -135,11 +136,23 @@ def forked(call: Callable[[], None]) -> tuple[int, float]:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
             return os.waitstatus_to_exitcode(status), processor_time() - before
-        if time.monotonic() > until:
+        if abs((now := _ticks(child)) - used) > os.sysconf("SC_CLK_TCK"):
+            used, moved = now, time.monotonic()
+        if time.monotonic() > min(until, moved + STILL):
             os.killpg(child, signal.SIGKILL)
             os.waitpid(child, 0)
             return -signal.SIGKILL, processor_time() - before
-        time.sleep(0.02)
+        time.sleep(0.1)
+
+
+def _ticks(group: int) -> int:
+    """Count the clock ticks of processor time that the living processes of a group have had."""
+    total = 0
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has ended
+            told = file.read_text().rpartition(")")[2].split()
+            total += int(told[11]) + int(told[12]) if int(told[2]) == group else 0
+    return total
 
 
 def enter(cache: Path, folder: Path) -> None:
