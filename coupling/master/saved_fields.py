@@ -180,6 +180,8 @@ def _require_plain(where: str, saved: Any) -> None:
     elif isinstance(saved, list | tuple):
         for place, value in enumerate(saved):
             _require_plain(f"{where}/{place}", value)
+    elif np.iscomplexobj(saved):
+        raise ValueError(f"{where} is complex, allowed: real numbers")
     elif not _is_finite(saved):
         raise ValueError(f"{where} is not finite, allowed: finite numbers")
 

@@ -11,6 +11,7 @@ import hashlib
 import io
 import json
 import os
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -174,8 +175,11 @@ def packed(structure: Any, arrays: Mapping[str, np.ndarray]) -> dict[str, np.nda
 
 def _unpacked(source: Path | io.BytesIO) -> tuple[Any, dict[str, np.ndarray], bool]:
     """Read what `packed` made: structure, arrays, and whether they have their hash; other files raise various errors."""
-    with np.load(source, allow_pickle=False) as file:
-        arrays = {name: file[name] for name in file.files}
+    try:
+        with np.load(source, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+    except (SyntaxError, tokenize.TokenError) as error:  # numpy reads an array's header as Python's text
+        raise ValueError(f"an array's header is damaged: {error}") from error
     text, hashed = arrays.pop(_STRUCTURE).tobytes(), arrays.pop(_HASH, np.empty(0)).tobytes()
     return json.loads(text), arrays, hashed == _digest(text, arrays).encode()
 

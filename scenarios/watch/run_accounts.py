@@ -88,7 +88,9 @@ class RunFigures:
         return plain | {"budget": None if self.budget is None else asdict(self.budget)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to what `save_state` returned; ValueError for a stage whose time is none."""
+        """Go back to what `save_state` returned; ValueError for a stage whose time is none, and for times without steps."""
+        if saved["stage_seconds"] and not saved["steps"] > 0:
+            raise ValueError(f"figures/steps is {saved['steps']}, allowed with times of stages: above 0")
         for stage, seconds in saved["stage_seconds"].items():
             if not isinstance(seconds, float):
                 raise ValueError(f"figures/stage_seconds/{stage} is a {type(seconds).__name__}, allowed: a number")

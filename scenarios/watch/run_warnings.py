@@ -70,7 +70,9 @@ class Remarks:
         return {"made": sorted(self._made)}
 
     def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Go back to a state that `save_state` returned."""
+        """Go back to a state that `save_state` returned; ValueError for things said that are no texts."""
+        if not all(isinstance(about, str) for about in saved["made"]):
+            raise ValueError("remarks/made holds other things than texts, allowed: texts")
         self._made = set(saved["made"])
 
     def _fills(self) -> Iterator[tuple[str, Notice]]:

@@ -71,3 +71,8 @@ def test_a_missing_entry_is_named() -> None:
     saved = {name: value for name, value in NEW.items() if name != "tension"}
     with pytest.raises(KeyError, match="tension"):
         require_alike("run", saved, NEW)
+
+
+def test_complex_numbers_are_refused_where_nothing_says_what_is_there() -> None:
+    with pytest.raises(ValueError, match="made/0 is complex"):
+        require_alike("made", [np.complex128(1.0)], [])

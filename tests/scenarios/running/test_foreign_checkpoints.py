@@ -184,6 +184,29 @@ def test_a_damaged_checkpoint_is_refused_whatever_it_holds(
     assert DAMAGED in " ".join(said.split())
 
 
+@pytest.mark.parametrize(
+    ("path", "value"), [("remarks/made", [{"__tuple__": ["drops"]}]), ("figures/steps", {"__float__": "0x0.0p+0"})]
+)
+def test_values_that_only_a_later_step_or_the_summary_meets_are_refused(path: str, value: Any, resume: Resume) -> None:
+    def change(structure: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
+        table, key = path.split("/")
+        found = [holder for holder, name in places(structure["state"]) if name == table]
+        assert found
+        found[0][table][key] = value
+
+    assert resume(change)
+
+
+def test_an_array_with_a_damaged_header_is_refused(
+    checkpoint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with zipfile.ZipFile(checkpoint) as whole, zipfile.ZipFile(tmp_path / "odd.npz", "w") as odd:
+        for name in whole.namelist():
+            content = whole.read(name)
+            odd.writestr(name, content.replace(b"'shape': (", b"'shape': ((", 1) if name == "array-0.npy" else content)
+    assert resumed(tmp_path / "odd.npz", capsys, tmp_path, monkeypatch)
+
+
 def test_a_number_that_is_none_is_refused(resume: Resume) -> None:
     """Every one of them; only what a run begins with as None may be so."""
 
