@@ -10,7 +10,7 @@ from scenarios.watch.boom_score import Notice
 
 
 class Collisions:
-    """What vessels have run into so far, as pairs of words: `told`."""
+    """The account of what vessels have run into so far, as pairs of a name and words: `told`."""
 
     def __init__(self) -> None:
         self.told: set[tuple[str, str]] = set()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+
 import pybullet
 import pytest
 
@@ -33,6 +35,7 @@ def worlds() -> list[int]:
 
 
 def test_a_run_that_was_only_built_leaves_no_world_behind() -> None:
+    gc.collect()  # worlds that earlier tests have let go
     before = worlds()
     with ScenarioRun("floating-box", demo=True) as run:
         assert run.assembly.world is not None
