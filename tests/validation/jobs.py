@@ -159,7 +159,8 @@ def record_of(case: Case, resolution: int, step_share: float = 1.0) -> Record | 
 def sources(name: str) -> str:
     """Name the code that a case runs by a hash: of each file that it imports, directly or not, without comments and docstrings."""
     case, imports = next(case for case in CASES if case.name == name), _imports()
-    reached = edge = {Path(inspect.getfile(inspect.unwrap(case.run))).resolve().relative_to(ROOT)}
+    run = case.run.func if isinstance(case.run, functools.partial) else case.run
+    reached = edge = {Path(inspect.getfile(inspect.unwrap(run))).resolve().relative_to(ROOT)}
     while edge:
         edge = {one for file in edge for one in imports.imports[file]} - reached
         reached = reached | edge

@@ -288,3 +288,8 @@ def test_theory_of_a_jet_on_a_plate_keeps_momentum(height):
     assert plate.pressure(0.4) == pytest.approx(
         1.0 - np.interp(0.4, [plate.height_of(q) for q in speeds[:3000:20]], speeds[:3000:20]) ** 2, abs=1e-3
     )
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_every_case_has_sources(case: Case) -> None:
+    assert re.fullmatch("[0-9a-f]{16}", jobs.sources(case.name))

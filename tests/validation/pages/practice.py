@@ -84,7 +84,7 @@ def harbour_flume() -> str:
 
 
 def scatter() -> str:
-    """What runs of the harbour flume lose that differ by their first places only."""
+    """Write the shares [%] of the pool that runs of the harbour flume lose which differ by their first places only."""
     by_setting: dict[tuple[float, float, int, float], list[str]] = {}
     for row in read(MEASURED, Row):
         by_setting.setdefault((row.oil, row.draft, row.resolution, row.speed), []).append(share(row))
