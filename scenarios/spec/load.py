@@ -173,7 +173,7 @@ def _field_of(problem: Problem) -> str:
 
 
 def _changed(data: dict[str, Any], overrides: Sequence[str], demo: bool) -> dict[str, Any]:
-    """Apply the [demo] table and then the overrides to the data."""
+    """Apply the [demo] table and then the overrides to the data; those of fidelities and levels before one of these is chosen."""
     if demo and isinstance(data.get("demo"), Mapping):
         data = merged(data, data["demo"])
     problems: list[Problem] = []
@@ -183,15 +183,25 @@ def _changed(data: dict[str, Any], overrides: Sequence[str], demo: bool) -> dict
             changes.append(parse_override(override))
         except ScenarioError as error:
             problems.extend(error.problems)
-    for choice in ("fidelity", "level"):
+    of_choices = [change for change in changes if change[0][0] in CHOICES.values()]
+    data = _overridden(data, of_choices, problems)
+    for choice in CHOICES:
         data = _chosen(data, choice, [value for keys, value in changes if keys == (choice,)])
+    data = _overridden(data, [change for change in changes if change not in of_choices], problems)
+    if problems:
+        raise ScenarioError(problems)
+    return data
+
+
+def _overridden(
+    data: dict[str, Any], changes: Sequence[tuple[tuple[str, ...], Any]], problems: list[Problem]
+) -> dict[str, Any]:
+    """Return the data with changes made; those that cannot be are added to `problems`."""
     for keys, value in changes:
         try:
             data = with_override(data, keys, value)
         except ScenarioError as error:
             problems.extend(error.problems)
-    if problems:
-        raise ScenarioError(problems)
     return data
 
 

@@ -557,6 +557,15 @@ def test_a_word_that_was_a_value_says_what_to_write_now(key: str, word: str) -> 
     )
 
 
+def test_a_change_of_a_fidelity_or_level_holds_where_this_is_chosen() -> None:
+    fine = load_scenario("sweep-200m", overrides=["fidelity=fine", "fidelities.fine.window.spacing=0.3"]).scenario
+    assert fine.window["window"].spacing == 0.3
+    hard = load_scenario(
+        "sweep-200m", overrides=["levels.hard.sea.waves.significant_height=0.6", "level=hard"]
+    ).scenario
+    assert hard.sea.height_and_period[0] == 0.6
+
+
 def test_an_exercise_offers_fidelities_and_refuses_others() -> None:
     """A tank is fine, and none without it; a table of changes offers another one."""
     for name, fidelity, boxes in (
