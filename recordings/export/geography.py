@@ -1,6 +1,6 @@
-"""Conversion of the world's metres to longitude and latitude around a site, and of simulated seconds to dates.
+"""GeoJSON's geometry from places in degrees.
 
-Cuts geometry where it crosses the 180th meridian, as GeoJSON wants it (RFC 7946, section 3.1.9).
+It cuts geometry where it crosses the 180th meridian, as GeoJSON wants it (RFC 7946, section 3.1.9).
 
 Longitudes come in unwrapped, so that a slick across the meridian is one piece; each piece goes out within -180 and 180 degrees.
 """
@@ -8,7 +8,6 @@ Longitudes come in unwrapped, so that a slick across the meridian is one piece; 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import numpy as np
@@ -17,20 +16,7 @@ from shapely import LineString, MultiPolygon, Polygon, box, orient_polygons
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from recordings.model.exercise import Site
-
 Floats = npt.NDArray[np.floating]
-
-
-def start_time(site: Site) -> datetime:
-    """Return the date and time (UTC) at which simulated time began."""
-    start = datetime.fromisoformat(site.start)
-    return start.replace(tzinfo=UTC) if start.tzinfo is None else start.astimezone(UTC)
-
-
-def date_at(site: Site, time: float) -> datetime:
-    """Return the date and time (UTC) of a simulated time [s]."""
-    return start_time(site) + timedelta(seconds=time)
 
 
 _DIGITS = 8  # of a degree: a millimetre

@@ -13,7 +13,6 @@ from shapely import MultiPolygon, Polygon, buffer, orient_polygons, points, unio
 
 from recordings.export import geography
 from recordings.export.chosen import fates, oil_frames
-from recordings.export.geography import date_at
 from recordings.files.writing import write_whole
 from recordings.model.entity_paths import VESSELS, body_group
 from recordings.model.exercise import Site
@@ -35,7 +34,7 @@ def write_geojson(
     features = [*_tracks(replay, site)]
     names = fates(replay)
     for frame in oil_frames(replay, interval):
-        stamp = {"time_s": frame.time, "time": date_at(site, frame.time).isoformat()}
+        stamp = {"time_s": frame.time, "time": site.date_at(frame.time).isoformat()}
         if frame.ledger:
             rows = {f"{name.replace('/', '_')}_m3": volume for name, volume in frame.ledger.items()}
             features.append(_feature(None, stamp | {"kind": "ledger"} | rows))

@@ -15,7 +15,6 @@ import numpy.typing as npt
 from scipy.io import netcdf_file
 
 from recordings.export.chosen import OilFrame, fates, oil_frames, oil_names
-from recordings.export.geography import start_time
 from recordings.model.exercise import Site
 from recordings.model.tangent_plane import longitude_latitude
 from recordings.replay.moments import seas_at
@@ -69,7 +68,7 @@ def write_netcdf(
         file.createDimension("data", sum(len(frame.id) for frame in frames))
         time = file.createVariable("time", "d", ("time",))
         time[:] = np.array([frame.time for frame in frames])
-        start = start_time(site).replace(tzinfo=None)
+        start = site.date_at(0.0).replace(tzinfo=None)
         _describe(
             time, {"units": f"seconds since {start.isoformat()}", "standard_name": "time", "calendar": "standard"}
         )

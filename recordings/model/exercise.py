@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import cattrs
@@ -122,6 +122,12 @@ class Site:
             ) from None
         if not FIRST_YEAR <= year <= LAST_YEAR:
             raise ValueError(f"site start is {self.start!r}, allowed: years {FIRST_YEAR} to {LAST_YEAR}")
+
+    def date_at(self, time: float) -> datetime:
+        """Return the date and time (UTC) of a simulated time [s]."""
+        start = datetime.fromisoformat(self.start)
+        start = start.replace(tzinfo=UTC) if start.tzinfo is None else start.astimezone(UTC)
+        return start + timedelta(seconds=time)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,7 @@
 """The fields of POLREP and ICS 209 that a recording can fill, its oil balance, and the cost of the operation.
 
-POLREP: Bonn Agreement Counter Pollution Manual (POLWARN 1-5, POLINF 40-60, POLFAC 80-99). ICS 209: FEMA form ICS 209 (v3).
+POLREP: POLWARN 1-5, POLINF 40-60, POLFAC 80-99, as IMO-560 (1995) numbers them, and REMPEC and the Bonn Agreement after it. ICS 209: FEMA
+502-2 (2010).
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import datetime
 
 import numpy as np
 import numpy.typing as npt
@@ -168,9 +169,7 @@ def _date(replay: Replay, time: float) -> str:
     site = replay.run.site
     if site is None or datetime.fromisoformat(site.start) == datetime.fromisoformat(Site.start):  # nobody gave a date
         return ""
-    start = datetime.fromisoformat(site.start)
-    start = start.replace(tzinfo=UTC) if start.tzinfo is None else start.astimezone(UTC)
-    return f"{start + timedelta(seconds=time):%Y-%m-%d %H:%M:%S} UTC"
+    return f"{site.date_at(time):%Y-%m-%d %H:%M:%S} UTC"
 
 
 def _oil(replay: Replay, key: KeyMoment) -> npt.NDArray[np.float64]:

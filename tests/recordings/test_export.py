@@ -16,7 +16,6 @@ from scipy.io import netcdf_file
 from shapely.geometry import shape
 
 from recordings.export.chosen import every, oil_frames
-from recordings.export.geography import date_at
 from recordings.export.geojson import slick_outlines, write_geojson
 from recordings.export.netcdf import write_netcdf
 from recordings.export.tables import write_tables
@@ -104,7 +103,7 @@ def test_the_x_axis_points_along_the_bearing(bearing: float, north: float, east:
 
 
 def test_dates_are_in_utc() -> None:
-    assert date_at(SITE, 90.0) == datetime(2026, 5, 1, 8, 1, 30, tzinfo=UTC)
+    assert SITE.date_at(90.0) == datetime(2026, 5, 1, 8, 1, 30, tzinfo=UTC)
 
 
 def test_instants_are_at_least_the_interval_apart_and_end_with_the_last() -> None:
