@@ -149,7 +149,7 @@ class SeaDescription:
         angle = math.pi * max(time, 0.0) / self.build_up
         return math.sin(0.5 * angle) ** 2, 0.5 * math.pi / self.build_up * math.sin(angle)
 
-    def at_surface(self, vector: np.ndarray, places: np.ndarray | None) -> np.ndarray:
+    def led_by_land(self, vector: np.ndarray, places: np.ndarray | None) -> np.ndarray:
         """Return what a vector (2,) [m/s, m/s2] of the current far out is at places (N, 2) [m]: (N, 2), or (2,) where it is the same."""
         return vector if self.along_land is None or places is None else self.along_land.at(places) @ vector
 

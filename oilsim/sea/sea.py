@@ -182,7 +182,7 @@ class Sea:
         still = np.clip(z - self.still_level(time), -self._water.depth, 0.0)
         share = profile(still, self._water.depth, current.shear_exponent)
         places = None if places is None else np.atleast_2d(places)
-        return share[..., None] * self.description.at_surface(current.flow.velocity(time), places)
+        return share[..., None] * self.description.led_by_land(current.flow.velocity(time), places)
 
     def mean_wind(self, time: float) -> Double:
         """Return the wind without gusts (2,) [m/s] at 10 m; zeros without a wind."""
@@ -264,8 +264,8 @@ class Sea:
             share: Double | float = 1.0
             if current.shear_exponent:
                 share = profile(field.stretched, self._water.depth, current.shear_exponent)[:, None]
-            field.velocity[:, :2] += share * self.description.at_surface(current.flow.velocity(time), points)
-            field.acceleration[:, :2] += share * self.description.at_surface(current.flow.rate(time), points)
+            field.velocity[:, :2] += share * self.description.led_by_land(current.flow.velocity(time), points)
+            field.acceleration[:, :2] += share * self.description.led_by_land(current.flow.rate(time), points)
         if wind is not None and wind.drift is not None:
             layer = wind.drift.layer_under(wind.flow.velocity(time), self._water.density)
             add_drift(points[:, 2], field.elevation, layer, field.velocity)

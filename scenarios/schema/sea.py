@@ -185,7 +185,8 @@ class LandSettings(Section):
     Waves and wind do not feel it.
 
     outline   (x, y) [m] of its corners in order
-    file      GeoJSON of polygons in degrees of longitude and latitude, in the place of `outline`; [site] says where they lie
+    file      GeoJSON of polygons in degrees of longitude and latitude, in the place of `outline`; [site] says where
+              they lie, and holes in them are land
     capacity  [m3/m] oil that a metre of its edge takes
     """
 

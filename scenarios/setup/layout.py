@@ -73,10 +73,9 @@ def lay_out(spec: RunSpec) -> Layout:
         vessels=spec.vessels, booms=spec.booms, moorings=spec.moorings, ties=spec.ties, tow=spec.tow, waters=waters
     )
     fleet = place_fleet(plan, own, problems)
-    solids = (*own, *fleet.solids)
-    if waters.beach is not None:
-        solids = (*solids, shore_solid(waters.beach, sea_spec.depth))
-    solids = (*solids, *(one.solid(name, sea_spec.level, sea_spec.depth) for name, one in land.items()))
+    shores = () if waters.beach is None else (shore_solid(waters.beach, sea_spec.depth),)
+    grounds = (one.solid(name, sea_spec.level, sea_spec.depth) for name, one in land.items())
+    solids = (*own, *fleet.solids, *shores, *grounds)
     unsampled = list(_sampling_problems(solids, fluid.particle_spacing)) if liquid.in_tank else []
     problems += unsampled
     refused = {problem.path for problem in unsampled}
@@ -93,9 +92,7 @@ def lay_out(spec: RunSpec) -> Layout:
     # windows meet fixed bodies by their poses in the world too
     met = coupled or (spec.window and any(solid.wetted for solid in solids))
     world = _world(plan, liquid, spec.run, solids, fleet, problems) if met else None
-    sea = _sea(spec, sea_spec, problems)
-    if sea is not None and land:
-        sea = Sea(replace(sea.description, along_land=stream_along(outlines_of(land))))
+    sea = _sea(spec, sea_spec, land, problems)
     if problems or sea is None:
         raise ScenarioError(problems, spec.name)
     if world is not None and not liquid.in_tank:
@@ -143,13 +140,14 @@ def _waters(spec: RunSpec, sea: SeaSpec) -> Waters:
     )
 
 
-def _sea(spec: RunSpec, sea: SeaSpec, problems: list[Problem]) -> Sea | None:
-    """Build the sea; what is wrong with it, its files included, is added to `problems`, and the sea is None."""
+def _sea(spec: RunSpec, sea: SeaSpec, land: Mapping[str, Land], problems: list[Problem]) -> Sea | None:
+    """Build the sea along its land; what is wrong with it, its files included, is added to `problems`, and the sea is None."""
     try:
-        return build_sea(sea, spec.run, spec.site, spec.liquid, spec.liquid.water_density)
+        built = build_sea(sea, spec.run, spec.site, spec.liquid, spec.liquid.water_density)
     except ScenarioError as error:
         problems += error.problems
-    return None
+        return None
+    return Sea(replace(built.description, along_land=stream_along(outlines_of(land)))) if land else built
 
 
 def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array]) -> Iterator[Problem]:

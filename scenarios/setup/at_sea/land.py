@@ -37,8 +37,10 @@ PARTS = 4
 BEYOND = 1.0
 # [1] pull on psi to 0, of which water that land encloses has nothing else; numerical
 ENCLOSED = 1e-10
-# [m] of land from the site; numerical; the tangent plane is some metres wrong there
+# [m] of land from the origin; numerical; the tangent plane is some metres wrong there
 FARTHEST = 20e3
+# [m2] of land; numerical; a bollard's
+SMALLEST = 0.1
 # [m] that land rises above the still water in pictures, and where hulls meet it
 RISE = 3.0
 # red, green, blue, opacity of land in pictures
@@ -63,7 +65,10 @@ class Land:
         """Return the land as a fixed body with steep sides, from the sea's floor to above the water's level [m]."""
         from manifold3d import CrossSection, FillRule
 
-        built = CrossSection([np.array(one) for one in self.outlines], FillRule.EvenOdd).extrude(depth + RISE).to_mesh()
+        rings = [
+            np.array(one)[:: 1 if _area(one) > 0.0 else -1] for one in self.outlines
+        ]  # what overlaps is land all the same
+        built = CrossSection(rings, FillRule.Positive).extrude(depth + RISE).to_mesh()
         mesh = trimesh.Trimesh(np.asarray(built.vert_properties)[:, :3], np.asarray(built.tri_verts))
         middle = mesh.center_mass
         mesh.apply_translation(-middle)
@@ -98,16 +103,34 @@ def _divided(outline: Corners) -> Double:
 def read_land(
     settings: Mapping[str, LandSettings], site: SiteSettings | None, problems: list[Problem]
 ) -> dict[str, Land]:
-    """Return all land by name; what is wrong with a file is added to `problems`."""
+    """Return all land by name; what is wrong with an outline or a file is added to `problems`."""
     found = {}
     for name, one in settings.items():
+        key, file = ("outline", "") if one.outline else ("file", f"{Path(one.file).name}: ")
         try:
             outlines = (one.outline,) if one.outline else tuple(_outlines(Path(one.file), site))
-        except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
-            problems.append(Problem(f"land.{name}.file", f"{Path(one.file).name}: {reason_of(error)}"))
+            for number, outline in enumerate(outlines, 1):
+                _require_land(f"polygon {number} " if file else "", outline)
+        except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+            problems.append(Problem(f"land.{name}.{key}", f"{file}{reason_of(error)}"))
             continue
         found[name] = Land(outlines, one.capacity)
     return found
+
+
+def _area(outline: Corners) -> float:
+    """Compute the area [m2] within an outline, positive if it runs counter-clockwise."""
+    x, y = np.array(outline).T
+    return float(0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
+
+
+def _require_land(what: str, outline: Corners) -> None:
+    """Raise ValueError, whose text begins with `what`, for an outline that is too far away, or encloses hardly anything."""
+    farthest, area = np.abs(outline).max(), abs(_area(outline))
+    if farthest > FARTHEST:
+        raise ValueError(f"{what}reaches {farthest / 1e3:.4g} km from the origin, allowed: up to {FARTHEST / 1e3:g} km")
+    if area < SMALLEST:
+        raise ValueError(f"{what}encloses {area:.3g} m2, allowed: {SMALLEST:g} m2 or more")
 
 
 def _outlines(file: Path, site: SiteSettings | None) -> Iterator[Corners]:
@@ -125,12 +148,7 @@ def _outlines(file: Path, site: SiteSettings | None) -> Iterator[Corners]:
             or (np.abs(degrees) > (360.0, 90.0)).any()
         ):
             raise ValueError(f"polygon {number} is no ring of 4 or more positions [longitude, latitude] in degrees")
-        points = world_points(site.recorded, degrees[:-1, 0], degrees[:-1, 1])
-        if np.abs(points).max() > FARTHEST:
-            raise ValueError(
-                f"polygon {number} reaches {np.abs(points).max() / 1e3:.4g} km from the [site], allowed: up to {FARTHEST / 1e3:g} km"
-            )
-        yield tuple(map(tuple, points.tolist()))
+        yield tuple(map(tuple, world_points(site.recorded, degrees[:-1, 0], degrees[:-1, 1]).tolist()))
 
 
 def _rings(data: Mapping[str, Any]) -> Iterator[Sequence[Any]]:

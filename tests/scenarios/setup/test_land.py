@@ -137,7 +137,7 @@ def test_geojson_is_read_where_the_site_says(tmp_path: Path) -> None:
         ("{", "Expecting"),
         ('{"type": "FeatureCollection", "features": []}', "holds no Polygon"),
         ('{"type": "Polygon", "coordinates": [[[11, 57], [11, 58], [11, 57]]]}', "no ring of 4 or more positions"),
-        ('{"type": "Polygon", "coordinates": [[[11, 57], [11, 58], [12, 58], [11, 57]]]}', "km from the [site]"),
+        ('{"type": "Polygon", "coordinates": [[[11, 57], [11, 58], [12, 58], [11, 57]]]}', "km from the origin"),
         ('{"type": "Polygon", "coordinates": [[["a", 57], [11, 58], [12, 58], [11, 57]]]}', "land.island.file"),
         ('{"type": "Polygon"}', "land.island.file"),
         ("[]", "land.island.file"),
@@ -150,6 +150,25 @@ def test_files_that_are_no_land_are_refused_by_their_key(content: str, told: str
     with pytest.raises(ScenarioError) as caught:
         build(load_scenario(tmp_path / "own.toml").scenario)
     assert told in str(caught.value) and "land.island.file" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("outline", "told"),
+    [("[[0, 0], [1, 1], [2, 2]]", "encloses 0 m2"), ("[[0, 0], [1e9, 0], [0, 1]]", "km from the origin")],
+)
+def test_outlines_that_are_no_land_are_refused_by_their_key(outline: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(HARBOUR)
+    with pytest.raises(ScenarioError) as caught:
+        build(load_scenario(tmp_path / "own.toml", overrides=[f"land.island.outline={outline}"]).scenario)
+    assert told in str(caught.value) and "land.island.outline" in str(caught.value)
+
+
+def test_land_that_overlaps_is_land_whichever_way_its_corners_run() -> None:
+    square = ((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0))
+    aside = tuple((x + 5.0, y) for x, y in square[::-1])
+    solid = land.Land((square, aside), 0.02).solid("quay", level=0.0, depth=7.0)
+    assert solid.placed.mesh.volume == pytest.approx(15.0 * 10.0 * (7.0 + land.RISE))
+    assert solid.world_mesh().bounds[:, 2] == pytest.approx([-7.0, land.RISE])
 
 
 def test_oil_strands_on_land_and_a_vessel_runs_aground_on_it(tmp_path: Path) -> None:
