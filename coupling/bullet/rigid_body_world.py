@@ -86,7 +86,7 @@ class RigidBodyWorld(LoadedBodies):
 
     @property
     def met(self) -> frozenset[tuple[str, str]]:
-        """Pairs of bodies that ran into each other in the last advance, the first named first; "" is a half-space."""
+        """Pairs of bodies that ran into each other in the last advance, each sorted by name; "" is a half-space."""
         if not self._engine.touched:
             return frozenset()
         names = {body.bullet.unique_id: name for name, body in self._bodies.items()}

@@ -102,7 +102,7 @@ class SeaDescription:
     langmuir    LangmuirCells, or None; they need wind and waves
     diffusivity [m2/s] of the turbulence that disperses what floats, in all horizontal directions; 0.1 to 10 at sea
     tide        Tide, or None: the surface stays at `level`, but for its waves
-    along_land  Stream by which the current, which is that far out, runs along land; None: it is the same everywhere
+    along_land  Stream that leads the current along land, while `current` is that far out; None: it is the same everywhere
     carried     Continuation of the sea before this one; by default there is none
     Raises ValueError for values that are not allowed; `oilsim.sea.Sea` raises it for waves that cannot be.
     """

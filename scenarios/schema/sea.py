@@ -181,8 +181,8 @@ class ShoreSettings(Section):
 class LandSettings(Section):
     """Land with steep sides, at the fidelity none: the stream runs along it, oil strands on it, vessels and booms run aground on it.
 
-    The current of the file is that far out; see the page "Sea" (*modelled*: a potential flow, without eddies).
-    Waves and wind do not feel it.
+    `sea.current` is the current far out. Along the land it is a potential flow, which has no eddies (*modelled*; page "Sea"). Waves and
+    wind do not feel the land.
 
     outline   (x, y) [m] of its corners in order
     file      GeoJSON of polygons in degrees of longitude and latitude, in the place of `outline`; [site] says where
