@@ -23,9 +23,9 @@ from recordings.model.surface import FilmFrame, SurfaceFrame
 Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
 EventLevel = Literal["info", "warning", "error"]
 EVENT_LEVELS: tuple[EventLevel, ...] = ("info", "warning", "error")
-INSTRUCTOR, INJECTS = "instructor", "injects"  # sources of events: orders to a run, and those of its scenario
+# sources of events: what people order, by their stations, as "crew port (Ana)"; orders of the scenario itself; messages by radio
+INSTRUCTOR, CREW, INJECTS, VHF = "instructor", "crew", "injects", "VHF"
 LOST_BY = "lost_"  # beginning of the fates of oil that booms have lost
-ORDER_SOURCES = (INSTRUCTOR, INJECTS)  # of the events that tell orders
 
 _BODY_LENGTHS = (("position", 3), ("orientation", 4), ("linear_velocity", 3), ("angular_velocity", 3), ("wrench", 6))
 _ENDS = list(accumulate(length for _, length in _BODY_LENGTHS))
@@ -315,6 +315,16 @@ class Event:
     def __post_init__(self) -> None:
         if self.level not in EVENT_LEVELS:
             raise ValueError(f"event level is {self.level!r}, allowed: {', '.join(EVENT_LEVELS)}")
+
+    @property
+    def is_by_people(self) -> bool:
+        """True for what the instructor or a crew has ordered, or done with the run."""
+        return self.source.partition(" ")[0] in (INSTRUCTOR, CREW)
+
+    @property
+    def is_order(self) -> bool:
+        """True for what people or the scenario's injects have ordered."""
+        return self.source == INJECTS or self.is_by_people
 
     @property
     def urgency(self) -> int:

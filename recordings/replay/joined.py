@@ -14,7 +14,7 @@ from typing import Any
 import pyarrow as pa
 
 from recordings.files.writing import RecordingError
-from recordings.model.frame import ORDER_SOURCES, Event
+from recordings.model.frame import Event
 from recordings.replay.recording import Replay
 from recordings.replay.series import rows_between
 
@@ -141,7 +141,7 @@ class _Opened:
         told = [
             (round(event.time / step), event.text)
             for event in self.replay.events
-            if event.source in ORDER_SOURCES and event.text.startswith("orders ")
+            if event.is_order and event.text.startswith("orders ")
         ]
         came = Counter(told) - Counter(planned)
         return sorted([*planned, *came.elements()])

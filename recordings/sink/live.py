@@ -70,8 +70,9 @@ class LiveView:
             self._notice_closed_viewer()
 
     def tell(self, event: Event, frame_index: int) -> None:
-        """Show a line of the log with the next frame."""
-        self._events.append((event, frame_index))
+        """Show a line of the log with the next frame; a page that embeds the scenes has a log of its own, with what its role may know."""
+        if self._layout != "embedded":
+            self._events.append((event, frame_index))
 
     def stop(self) -> None:
         """Show the frames that wait, unless the viewer is slow; the viewer stays open. A second call does nothing."""

@@ -13,7 +13,9 @@ import secrets
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from recordings.model.frame import CREW, INSTRUCTOR
 
 
 class Places:
@@ -43,7 +45,7 @@ class Places:
         close()
 
 
-INSTRUCTOR, OBSERVER, VESSEL = "instructor", "observer", "vessel"
+OBSERVER, VESSEL = "observer", "vessel"
 
 CREW_MAY = frozenset({"steer", "levers", "engine", "line", "skim"})  # with its own vessel only
 MOST_FAILURES = (
@@ -54,20 +56,29 @@ FORGETS = 60.0  # [s]
 
 @dataclass(frozen=True)
 class Role:
-    """The role of a page: instructor, observer, or the crew of the vessel `vessel`."""
+    """The role of a page: instructor, observer, or the crew of the vessel `vessel`; `person`: who says to be in front of it."""
 
     kind: str
     vessel: str = ""
+    person: str = field(default="", compare=False)
 
     @property
     def name(self) -> str:
         """The name in the log and in the address: instructor, observer, or the vessel's."""
         return self.vessel or self.kind
 
+    @property
+    def source(self) -> str:
+        """The source of this role's orders in the log, as "crew port (Ana)"."""
+        station = f"{CREW} {self.vessel}" if self.vessel else self.kind
+        return f"{station} ({self.person})" if self.person else station
+
     def may(self, verb: str, vessel: str = "") -> bool:
         """Return whether the role may give a command, to a vessel if it is one to a vessel."""
-        if self.kind == INSTRUCTOR:
+        if self.kind == INSTRUCTOR or verb == "introduce":
             return True
+        if verb == "say":
+            return self.kind == VESSEL
         return self.kind == VESSEL and verb in CREW_MAY and vessel == self.vessel
 
 

@@ -6,6 +6,8 @@ verb                        entries
 pause, go-on, step, end
 pace                        value: simulated seconds a second, null as fast as it can
 mark                        name
+say                         to: a vessel, the instructor or all stations; text
+introduce                   name: of the person in front of the page, under which its orders stand in the log
 order                       settings: texts KEY=VALUE, as for `oilsim order`
 tow                         speed [m/s], heading [rad]: orders to all vessels that have no own ones
 steer                       vessel, speed [m/s], heading [rad], keeps_line
@@ -45,6 +47,8 @@ _ENTRIES: Mapping[str, Mapping[str, str]] = {
     "look": {"time": "number"},
     "pace": {"value": "number or null"},
     "mark": {"name": "text"},
+    "say": {"to": "text", "text": "text"},
+    "introduce": {"name": "text"},
     "order": {"settings": "texts"},
     "tow": {"speed": "number", "heading": "number"},
     "steer": {"vessel": "text", "speed": "number", "heading": "number", "keeps_line": "yes or no"},

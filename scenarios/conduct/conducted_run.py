@@ -25,7 +25,7 @@ from rich.console import Console
 
 from coupling.master.observer_dispatch import CommunicationPoint
 from recordings.files.writing import RecordingError
-from recordings.model.frame import INSTRUCTOR, ORDER_SOURCES, Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 from scenarios.conduct.averages import Means
 from scenarios.conduct.snapshot import scene_of, state_of
 from scenarios.running.assembly import Assembly
@@ -131,7 +131,9 @@ class ConsoleFeed:
 
     def initialized(self, run: RunDescription) -> None:
         """Send the scene."""
-        self._sender.send(scene_of(self._assembly))
+        told = self._plan.scenario.exercise
+        words = {} if told is None else {"brief": told.brief.strip(), "notes": told.notes.strip()}
+        self._sender.send(scene_of(self._assembly) | words)
 
     def step_completed(self, frame: Frame) -> None:
         """Send the state if the last one was sent long enough ago, and after each step of a run that pauses."""
@@ -148,7 +150,7 @@ class ConsoleFeed:
     def event(self, event: Event) -> None:
         """Send the line of the log, and after an order, or other words of an instructor, the state that belongs to them."""
         self._sender.tell(line_of(event))
-        if event.source in ORDER_SOURCES:  # they speak at communication points, where the frame still holds
+        if event.is_order:  # they speak at communication points, where the frame still holds
             if self._frame is None:
                 self._frame = self._resumed(event.time)
             self._heed(event.text)
@@ -199,10 +201,11 @@ class ConsoleFeed:
 
 
 def line_of(event: Event) -> dict[str, Any]:
-    """Return an event as a line of the log, with the name of the mark that it sets, or None."""
-    is_mark = event.source == INSTRUCTOR and event.text.startswith(MARKS)
+    """Return an event as a line of the log: whether it is an order, and the name of the mark that it sets, or None."""
+    is_mark = event.is_by_people and event.text.startswith(MARKS)
     mark = event.text.removeprefix(MARKS) if is_mark else None
-    return {"time": event.time, "text": event.text, "level": event.level, "source": event.source, "mark": mark}
+    facts = {"time": event.time, "text": event.text, "level": event.level, "source": event.source}
+    return {**facts, "order": event.is_order, "mark": mark}
 
 
 FLUSH = 5.0  # [s] for the last messages to a console

@@ -13,6 +13,7 @@ import urllib.error
 import urllib.request
 from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -29,9 +30,11 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from recordings.model.frame import INSTRUCTOR
 from recordings.sink.viewer import WebViewer
 from scenarios.conduct.access import Access, Places, Role
 from scenarios.conduct.commands import read_command, read_message
+from scenarios.conduct.secrecy import line_seen, scene_seen, summary_seen
 from scenarios.conduct.session import Session
 from scenarios.text.problems import ScenarioError
 
@@ -95,6 +98,7 @@ class PageLink:
         self._run = -1
         self._line = 0
         self._summary = self._state = ""
+        self._given: list[str] | None = None
         self._answers: list[dict[str, Any]] = []
 
     def notice(self) -> None:
@@ -124,24 +128,28 @@ class PageLink:
         session = self._session
         while self._answers:
             yield json.dumps(self._answers.pop(0))
-        summary = json.dumps(session.summary)
+        summary = json.dumps(summary_seen(self.role, session.summary))
         if summary != self._summary:
             self._summary = summary
             yield summary
         if session.scene is not None and session.run_number != self._run and session.phase != "building":
-            self._run = session.run_number
-            yield json.dumps(session.scene)
+            self._run, self._given = session.run_number, None
+            yield json.dumps(scene_seen(self.role, session.scene))
             yield json.dumps({"kind": "history", "rows": session.history.rows})
-        news = [line for line in session.lines if line["number"] > self._line]
-        if news:
-            self._line = news[-1]["number"]
+        seen = [line_seen(self.role, line, session.scene) for line in session.lines if line["number"] > self._line]
+        self._line = session.line_count
+        if news := [line for line in seen if line is not None]:
             yield json.dumps({"kind": "lines", "lines": news})
+        if self.role.kind == INSTRUCTOR and session.given != self._given:
+            self._given = session.given
+            yield json.dumps({"kind": "given", "injects": session.given})
         if session.state_text != self._state and self._run == session.run_number:
             self._state = session.state_text
             yield self._state
 
 
 MOST_PAGES = 40  # [1] open at a time
+LONGEST_NAME = 40  # [1] letters of a person's name
 KEPT = 2  # [1] of these for each role, which has them however many others are open
 MOST_STRANGERS, OF_ONE_ADDRESS = 64, 16  # [1] that have not shown a token yet, in all and of one address
 FIRST_WORD = 5.0  # [s] within which a page must show its token
@@ -266,7 +274,7 @@ class PageServer:
         viewer = ""
         if self._viewer is not None:
             viewer = f"{other_origin(host)}/scene?{self._viewer.query}&page={quote(f'http://{host}', safe='')}"
-        links = {one.name: token for one, token in self._access.tokens.items()} if role.kind == "instructor" else {}
+        links = {one.name: token for one, token in self._access.tokens.items()} if role.kind == INSTRUCTOR else {}
         return {"kind": "hello", "role": role.kind, "vessel": role.vessel, "links": links, "viewer": viewer}
 
     async def _hear(self, page: PageLink) -> None:
@@ -301,6 +309,10 @@ class PageServer:
             page.answer(command.id, told="a state", state=self._session.album.nearest(float(command.entries["time"])))
             return
         page.answer(command.id, taken=True)
+        if command.verb == "introduce":
+            page.role = replace(page.role, person=str(command.entries["name"]).strip()[:LONGEST_NAME])
+            page.answer(command.id, told=page.role.source)
+            return
 
         async def work() -> None:
             try:

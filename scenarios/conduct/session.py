@@ -18,7 +18,6 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from recordings.model.frame import ORDER_SOURCES
 from scenarios.conduct.access import INSTRUCTOR, Role
 from scenarios.conduct.commands import Command, refused, settings_of
 from scenarios.conduct.conducted_run import Errand, restart_of, start_run
@@ -73,6 +72,7 @@ MOST_WAITING = 4  # [1] commands of one role that wait for the run
 BREATH = 0.05  # [s] after each order of a crew, in which the run steps and the instructor is heard
 LAST_WORDS = 120.0  # [s] that a run may take over its end, checkpoint and summary included, on a busy machine
 CONDUCTING = Role(INSTRUCTOR)
+ALL_STATIONS = "all stations"
 _PLAIN: Mapping[str, Kind] = {"pause": "pause", "go-on": "go-on", "step": "step", "end": "end"}
 
 
@@ -97,6 +97,7 @@ class Session:
         self.scene: dict[str, Any] | None = None
         self.state: dict[str, Any] | None = None
         self.state_text = ""
+        self.given: list[str] = []  # names of injects, for the instructor alone
         self.history, self.album = History(), Album()
         self.lines: deque[dict[str, Any]] = deque(maxlen=MOST_LINES)
         self.line_count = 0
@@ -157,16 +158,24 @@ class Session:
             case "pace":
                 value = entries["value"]
                 return await self._ask("pace", "inf" if value is None else repr(float(value)))
+            case "say":
+                return await self._say_by_radio(str(entries["to"]), str(entries["text"]), role)
             case "mark":
                 return await self._ask("mark", entries["name"])
             case verb if verb in _PLAIN:
                 return await self._ask(_PLAIN[verb])
         skimmers = {one["name"]: one["skimmers"] for one in (self.scene or {}).get("vessels", ())}
         settings = settings_of(command, (self.state or {}).get("vessels", {}), skimmers)
-        told = await self._ask("order", *settings, role=role)
-        if role.kind != "instructor":
-            self._say(f"{role.name} ordered it", source="console")
-        return told
+        return await self._ask("order", *settings, role=role)
+
+    async def _say_by_radio(self, to: str, text: str, role: Role) -> str:
+        """Call a station by radio, where all hear it; ScenarioError for a station that is not there."""
+        stations = (ALL_STATIONS, INSTRUCTOR, *(one["name"] for one in (self.scene or {}).get("vessels", ())))
+        if to not in stations or to == role.name:
+            raise refused("to", f"is {to!r}, allowed: {', '.join(one for one in stations if one != role.name)}")
+        return await self._ask(
+            "say", f"{to}, this is {role.name}{f', {role.person}' * bool(role.person)}: {text}", role=role
+        )
 
     async def _ask(self, kind: Kind, *words: str, role: Role = CONDUCTING) -> str:
         """Ask the run for a role; ScenarioError if it refuses, or cannot answer."""
@@ -177,10 +186,10 @@ class Session:
         self._waiting[role.name] += 1
         try:
             if role.kind == INSTRUCTOR:
-                answer = await asyncio.to_thread(ask, self.recording, kind, words)
+                answer = await asyncio.to_thread(ask, self.recording, kind, words, by=role.source)
             else:
                 async with self._crews:
-                    answer = await asyncio.to_thread(ask, self.recording, kind, words)
+                    answer = await asyncio.to_thread(ask, self.recording, kind, words, by=role.source)
                     await asyncio.sleep(BREATH)
         except NoAnswerError as error:
             raise refused(kind, str(error)) from error
@@ -342,7 +351,8 @@ class Session:
                     for line in recalled_lines:
                         self._add(line)
                 case "state":
-                    self.state, self.state_text = message, text.decode()
+                    self.given = message.pop("given", [])
+                    self.state, self.state_text = message, json.dumps(message)
                     self.history.take(message)
                     self.album.take(message["time"], self.state_text)
                     if self._pieces[self.recording.name] is self._conducted:
@@ -358,7 +368,7 @@ class Session:
     def _add(self, line: dict[str, Any]) -> None:
         self.line_count += 1
         bearing = 0.0 if self.scene is None else self.scene["bearing"]
-        words = order_in_words(line["text"], bearing) if line["source"] in ORDER_SOURCES else line["text"]
+        words = order_in_words(line["text"], bearing) if line.get("order") else line["text"]
         self.lines.append(line | {"number": self.line_count, "words": words})
         if line.get("mark"):
             recording = line.get("recording", self.recording.name)

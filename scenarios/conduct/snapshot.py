@@ -91,7 +91,6 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         "kind": "scene",
         "name": scenario.name,
         "title": scenario.title,
-        "text": scenario.text.strip(),
         "duration": scenario.run.duration,
         "step": scenario.run.communication_step,
         "bearing": scenario.bearing,
@@ -118,7 +117,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         "oils": list(assembly.description.oils),
         "fates": list(FATES),
         "pipe": {"height": assembly.level + 0.3, "radius": max(0.1, 2.0 * assembly.description.particle_spacing)},
-        "injects": [{"name": name, "text": one.text} for name, one in scenario.injects.items()],
+        "injects": [{"name": name, "text": one.text, "to": list(one.to)} for name, one in scenario.injects.items()],
         "films": [
             {"from": start, "words": words, "color": palette.css(color), "opacity": opacity}
             for start, words, color, opacity in palette.FILM

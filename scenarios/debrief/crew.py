@@ -6,7 +6,6 @@ import json
 import shlex
 from fnmatch import fnmatch
 
-from recordings.model.frame import INSTRUCTOR
 from recordings.replay.recording import Replay
 
 # what crews order; engines that fail, lines that part and the weather are the instructor's
@@ -27,7 +26,7 @@ def crew_acted(replay: Replay) -> bool:
     return not exercise.get("needs_orders", False) or any(
         any(fnmatch(setting, act) for act in ACTS)
         for event in replay.events
-        if event.source == INSTRUCTOR and event.text.startswith(_ORDERED)
+        if event.is_by_people and event.text.startswith(_ORDERED)
         for setting in _settings(event.text.removeprefix(_ORDERED))
     )
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from recordings.model.frame import ORDER_SOURCES, Event
+from recordings.model.frame import VHF, Event
 from recordings.model.words import force_in_words
 from recordings.pictures.scenes import render_moments
 from recordings.replay.moments import Moment, read_moments, recorded_steps
@@ -20,7 +20,7 @@ _MOST = 6  # moments on the page
 _CLOSE = 0.05  # fraction of the run's time; events closer than this share a moment
 _TELL_TIME = 0.05  # [s]; an event farther than this from the moment's time is shown with its own time
 _WIDTH = 930  # [pixels]
-_ORDERS = ("orders", *ORDER_SOURCES)  # sources of orders; the first announces those of the scenario's plan
+_PLANNED = "orders"  # source of what announces the orders of the scenario's plan
 _TECHNICAL = ("master", "oilsim", "fluid", "thin", "leak", "skirt", "blockage")  # sources of talk of the solver
 
 
@@ -55,7 +55,7 @@ def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMom
 
 def deck_text(replay: Replay, event: Event) -> str:
     """Return the text of an event in the words of the deck."""
-    return order_in_words(event.text, bearing_of(replay)) if event.source in ORDER_SOURCES else event.text
+    return order_in_words(event.text, bearing_of(replay)) if event.is_order else event.text
 
 
 def bearing_of(replay: Replay) -> float:
@@ -96,11 +96,11 @@ def _gathered(
     """Gather times and captions of the moments, in order; events close together are one. The most urgent are kept, of equals the last."""
     happenings = [(begin, 1, "the exercise begins"), (end, 0, "the exercise ends")]
     for event in replay.events:
-        if is_technical(event):
+        if is_technical(event) or event.source == VHF:  # the page has a log of the radio
             continue
         said = deck_text(replay, event)
         text = f"{event.source}: {said}" if event.source else said
-        ordered = 1 if event.source in _ORDERS and event.time > begin else 0
+        ordered = 1 if (event.is_order or event.source == _PLANNED) and event.time > begin else 0
         happenings.append((event.time, 1 + max(event.urgency, ordered), text))
     for history in histories:
         happenings += _highest_tension(history)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from oilsim.core.physical_constants import KNOT
-from recordings.model.frame import INSTRUCTOR
 from recordings.model.words import three_figures
 from recordings.replay.comparison import common_time, parting, scores
 from recordings.replay.joined import JoinedReplay
@@ -57,9 +56,9 @@ def what_if(first: Path, second: Path) -> dict[str, Any]:
 
 def _orders_of_second(first: Replay, second: Replay) -> Iterator[str]:
     """Yield the orders that only the second run has, in words, with their times."""
-    known = [(event.time, event.text) for event in first.events if event.source == INSTRUCTOR]
+    known = [(event.time, event.text) for event in first.events if event.is_by_people]
     for event in second.events:
-        if event.source == INSTRUCTOR and event.text.startswith("orders "):
+        if event.is_by_people and event.text.startswith("orders "):
             if (event.time, event.text) in known:
                 known.remove((event.time, event.text))
             else:

@@ -6,6 +6,7 @@ import socket
 from dataclasses import dataclass
 from pathlib import Path
 
+from recordings.model.frame import INSTRUCTOR
 from scenarios.orders.protocol import LOOPBACK, Kind, Refused, RunCard, find_run, read_answer, request_line
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -47,14 +48,16 @@ def go_on(run: str | Path, *, patience: float = PATIENCE) -> Answer:
     return ask(run, "go-on", (), patience)
 
 
-def ask(run: str | Path, kind: Kind, settings: tuple[str, ...] = (), patience: float = PATIENCE) -> Answer:
-    """Send one request of a kind with its words, and wait for its answer up to `patience` [s].
+def ask(
+    run: str | Path, kind: Kind, settings: tuple[str, ...] = (), patience: float = PATIENCE, by: str = INSTRUCTOR
+) -> Answer:
+    """Send one request of a kind with its words, and wait for its answer up to `patience` [s]; `by` is who asks, as the log names it.
 
     Raises ScenarioError and NoAnswerError as `order` does.
     """
     try:
         card = find_run(run)
-        line = _exchanged(card, request_line(kind, settings, card.token), patience)
+        line = _exchanged(card, request_line(kind, settings, card.token, by), patience)
         return Answer(*read_answer(line))
     except Refused as refusal:
         raise ScenarioError(refusal.problems, "oilsim") from None

@@ -17,14 +17,15 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from recordings.files.writing import RECORDING_ENDING
+from recordings.model.frame import CREW, INSTRUCTOR
 from scenarios.text.problems import Problem, ScenarioError
 from scenarios.text.toml import read_object
 
-Kind = Literal["order", "pause", "go-on", "step", "pace", "mark", "end"]
+Kind = Literal["order", "pause", "go-on", "step", "pace", "mark", "say", "end"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 LONGEST = 64 * 1024  # [bytes] of a request
-MOST_WORDS: Mapping[Kind, int] = {"order": 100, "mark": 1, "pace": 1}  # with all other kinds, none
+MOST_WORDS: Mapping[Kind, int] = {"order": 100, "mark": 1, "say": 1, "pace": 1}  # with all other kinds, none
 
 
 class Refused(Exception):
@@ -37,10 +38,11 @@ class Refused(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """A request that waits for the run's answer."""
+    """A request that waits for the run's answer; `by` is the source of the events that it leads to."""
 
     kind: Kind
     settings: tuple[str, ...] = ()
+    by: str = INSTRUCTOR
     answer: Future[bytes] = field(default_factory=Future)
 
     def told(self, text: str, time: float) -> None:
@@ -56,9 +58,9 @@ class Request:
             self.answer.set_result(line)
 
 
-def request_line(kind: Kind, settings: Sequence[str], token: str) -> bytes:
+def request_line(kind: Kind, settings: Sequence[str], token: str, by: str = INSTRUCTOR) -> bytes:
     """Write a request; Refused if it is longer than a run reads."""
-    line = _line({"token": token, "kind": kind, "settings": list(settings)})
+    line = _line({"token": token, "kind": kind, "settings": list(settings), "by": by})
     if len(line) > LONGEST:
         raise Refused(_too_long(len(line)))
     return line
@@ -78,11 +80,14 @@ def read_request(line: bytes, token: str) -> Request:
         raise Refused(Problem("kind", f"is {kind!r}, allowed: {', '.join(KINDS)}"))
     if not (isinstance(settings, list) and all(isinstance(one, str) and _is_printed(one) for one in settings)):
         raise Refused(Problem("settings", "are no list of texts on one line each, allowed: key=value, ..."))
+    by = data.get("by", INSTRUCTOR)
+    if not (isinstance(by, str) and _is_printed(by) and by.partition(" ")[0] in (INSTRUCTOR, CREW)):
+        raise Refused(Problem("by", f"is {str(by)[:40]!r}, allowed: {INSTRUCTOR}, or {CREW} and a vessel's name"))
     most = MOST_WORDS.get(kind, 0)
     if not min(most, 1) <= len(settings) <= most:
         text = f"are {len(settings)}, allowed with {kind}: {f'1 to {most}' if most > 1 else most}"
         raise Refused(Problem("settings", text))
-    return Request(kind, tuple(settings))
+    return Request(kind, tuple(settings), by)
 
 
 def answer_line(*, text: str, time: float) -> bytes:

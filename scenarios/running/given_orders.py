@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from recordings.model.frame import INSTRUCTOR
 from scenarios.running.plan import Action, Plan, settings_of
 from scenarios.text.problems import ScenarioError
 
@@ -20,20 +19,20 @@ def given_orders(plan: Plan, replay: Replay) -> Iterator[Action]:
     step = plan.scenario.run.communication_step
     planned = Counter((action.index, text) for action in plan.actions for text in action.texts)
     for event in replay.events:
-        if event.source != INSTRUCTOR:
+        if not event.is_by_people:
             continue
         index = round(event.time / step)
         if planned[index, event.text] > 0:
             planned[index, event.text] -= 1
         elif settings := settings_of(event.text):
-            yield Action(index=index, settings=settings)
+            yield Action(index=index, settings=settings, by=event.source)
 
 
 def with_given_orders(plan: Plan, replay: Replay, first: int = 0, last: float = math.inf) -> Plan:
     """Add the orders of a recorded run from the communication point `first` up to `last` to the plan of that run."""
     for action in given_orders(plan, replay):
         if first <= action.index <= last:
-            plan = plan.ordered(action.settings, action.index)
+            plan = plan.ordered(action.settings, action.index, by=action.by)
     return plan
 
 
@@ -46,7 +45,7 @@ def replayed_after(plan: Plan, replay: Replay, index: int) -> tuple[Plan, list[s
     for action in given_orders(plan, replay):
         if action.index > index:
             try:
-                plan = plan.ordered(action.settings, action.index, replayed=True)
+                plan = plan.ordered(action.settings, action.index, replayed=True, by=action.by)
             except ScenarioError as error:
                 left_out.append(f"{action.text}: cannot be given any more: {'; '.join(map(str, error.problems))}")
     return plan, left_out

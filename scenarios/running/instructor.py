@@ -24,11 +24,14 @@ class OrderedRun(Protocol):
 
     simulation: CoSimulation
 
-    def order(self, settings: Sequence[str]) -> None:
-        """Give orders here and now; ScenarioError, and nothing given, if they are not allowed."""
+    def order(self, settings: Sequence[str], by: str) -> None:
+        """Give orders here and now, with `by` as their source; ScenarioError, and nothing given, if they are not allowed."""
 
     def mark(self, words: str) -> None:
         """Keep this moment under a name; ScenarioError if it cannot be kept."""
+
+    def say(self, text: str) -> None:
+        """Put a message between stations into the log."""
 
     def end(self) -> None:
         """Let the run end here, in order."""
@@ -102,7 +105,7 @@ class Instructor:
         words = " ".join(request.settings)
         match request.kind:
             case "order":
-                run.order(request.settings)
+                run.order(request.settings, request.by)
                 return f"orders {words}"
             case "pause" | "go-on":
                 return self._pause(run, request.kind == "pause")
@@ -113,6 +116,9 @@ class Instructor:
             case "mark":
                 run.mark(words)
                 return f"marks {words}"
+            case "say":
+                run.say(words)
+                return f"says {words}"
             case "end":
                 run.end()
                 return "ends"

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from recordings.model.frame import INSTRUCTOR
 from scenarios.controls.order_checks import PARTED, entries_of, leaves, order_problems, with_order
 from scenarios.controls.table import contradictions, matches, plain_path
 from scenarios.schema.bodies import MeshBody
@@ -33,12 +34,13 @@ _ORDERED = "orders "  # how the text of an order's event begins
 class Action:
     """Orders at the communication point `index`, written as for ``--set``; they hold from the step that begins there.
 
-    replayed: whether another run was given them there, so that one that cannot be obeyed here is passed over.
+    by: the source of its event; replayed: whether another run was given them there, so that one that cannot be obeyed here is passed over.
     """
 
     index: int
     settings: tuple[str, ...]
     replayed: bool = False
+    by: str = INSTRUCTOR
 
     @property
     def text(self) -> str:
@@ -128,7 +130,7 @@ class Plan:
         """Return the plan without its action at a place, counted from 0."""
         return replace(self, actions=(*self.actions[:place], *self.actions[place + 1 :]))
 
-    def ordered(self, settings: Sequence[str], index: int, *, replayed: bool = False) -> Plan:
+    def ordered(self, settings: Sequence[str], index: int, *, replayed: bool = False, by: str = INSTRUCTOR) -> Plan:
         """Return the plan with these orders at the communication point `index`, after those that it has there; later ones stay.
 
         Raises ScenarioError, which names every setting that cannot be ordered, and what a scenario may not be.
@@ -140,7 +142,7 @@ class Plan:
         if problems:
             raise ScenarioError(problems, "oilsim")
         place = sum(action.index <= index for action in self.actions)
-        action = Action(index=index, settings=orders, replayed=replayed)
+        action = Action(index=index, settings=orders, replayed=replayed, by=by)
         plan = replace(self, actions=(*self.actions[:place], action, *self.actions[place:]))
         plan.scenario_after(len(plan.actions))  # orders that contradict each other are found here
         return plan
@@ -148,7 +150,9 @@ class Plan:
     def as_data(self) -> dict[str, Any]:
         """Return plain data, from which `plan_from` makes the same plan."""
         actions = [
-            {"index": action.index, "set": list(action.settings)} | ({"replayed": True} if action.replayed else {})
+            {"index": action.index, "set": list(action.settings)}
+            | ({"replayed": True} if action.replayed else {})
+            | ({"by": action.by} if action.by != INSTRUCTOR else {})
             for action in self.actions
         ]
         record = {"text": self.text, "overrides": list(self.overrides)}
@@ -178,12 +182,18 @@ def plan_from(data: Mapping[str, Any]) -> Plan:
     Raises TypeError for settings that are no texts, or given at no step.
     """
     actions = tuple(
-        Action(index=entry["index"], settings=tuple(entry["set"]), replayed=entry.get("replayed", False))
+        Action(
+            index=entry["index"],
+            settings=tuple(entry["set"]),
+            replayed=entry.get("replayed", False),
+            by=entry.get("by", INSTRUCTOR),
+        )
         for entry in data["actions"]
     )
     text = data.get("text", "")  # which recordings of old do not have in their plan
     overrides = tuple(data.get("overrides", ()))
-    for entry in (text, *overrides, *(setting for action in actions for setting in action.settings)):
+    settings = (setting for action in actions for setting in (*action.settings, action.by))
+    for entry in (text, *overrides, *settings):
         if not isinstance(entry, str):
             raise TypeError(f"a setting or its text is {entry!r}, allowed: texts")
     for action in actions:

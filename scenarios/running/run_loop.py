@@ -10,13 +10,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
 from coupling.master.saved_fields import require_alike
 from recordings.files.writing import RecordingError
-from recordings.model.frame import INJECTS, INSTRUCTOR, EventLevel
+from recordings.model.frame import INJECTS, INSTRUCTOR, VHF
 from scenarios.controls.order_checks import condition_signals, inject_problems
 from scenarios.controls.signals import RunParts
 from scenarios.running.assembly import Assembly
@@ -103,23 +103,23 @@ class RunLoop:
         if self.simulation.is_running:
             self._tell()
 
-    def order(self, settings: Sequence[str]) -> None:
-        """Give orders that are not in the plan, here and now, and take them into it.
+    def order(self, settings: Sequence[str], by: str = INSTRUCTOR) -> None:
+        """Give orders that are not in the plan, here and now, and take them into it; `by` is the source of their event.
 
         Raises ScenarioError, and gives none of them, if they are not allowed.
         """
         self._give_planned()
-        self._give(settings, INSTRUCTOR)
+        self._give(settings, by)
 
     def _give(self, settings: Sequence[str], source: str) -> None:
         """Give orders of a source here and now; ScenarioError, and none given, if they are not allowed."""
         index = self.simulation.communication_point.index
-        plan = self.plan.ordered(settings, index)
+        plan = self.plan.ordered(settings, index, by=source)
         self._obey(plan)
         self.plan = plan
         if self._checkpoints is not None:
             self._checkpoints.follow(plan)
-        self._count_given(source)
+        self._count_given()
 
     def _give_injects(self) -> None:
         """Give the injects that are due, in the order of the file; one that cannot be obeyed any more is told and passed over."""
@@ -127,14 +127,13 @@ class RunLoop:
             return
         scenario, index = self.plan.scenario_after(self._given), self.simulation.communication_point.index
         for name in self._injects.due(scenario, index):
-            told, level = scenario.injects[name].text or name, cast(EventLevel, "warning")
             try:
                 self._give([f"injects.{name}.given=true"], INJECTS)
             except ScenarioError as error:
                 reasons = "; ".join(map(str, error.problems))
                 self._injects.skip(name)
-                told, level = f"{told}: cannot be given any more: {reasons}", "info"
-            self.simulation.emit(told, level=level, source=f"inject {name}")
+                told = f"{scenario.injects[name].text or name}: cannot be given any more: {reasons}"
+                self.simulation.emit(told, source=f"inject {name}")
 
     def take_requests(self) -> bool:
         """Write a checkpoint if one is asked for; return whether a stop is."""
@@ -148,6 +147,10 @@ class RunLoop:
             raise ScenarioError([Problem("mark", f"cannot be set: {self._why_unsaved()}")], "oilsim")
         self._save(self._checkpoints, asked=True)
         self.simulation.emit(f"{MARKS}{words}", source=INSTRUCTOR)
+
+    def say(self, text: str) -> None:
+        """Put a message between stations into the log of the radio."""
+        self.simulation.emit(text, source=VHF)
 
     def end(self) -> None:
         """Make no more steps."""
@@ -234,10 +237,14 @@ class RunLoop:
         """Bring every part to what the next action of a plan asks for; ScenarioError, and nothing changed, if that cannot be."""
         self._assembly.controls.order(plan.scenario_after(self._given + 1))
 
-    def _count_given(self, source: str = INSTRUCTOR) -> None:
-        """Count the next action of the plan as given, and tell observers who gave it."""
-        self.simulation.emit(self.plan.actions[self._given].text, source=source)
+    def _count_given(self) -> None:
+        """Count the next action of the plan as given; tell observers who gave it, and the injects that came with it."""
+        action, before = self.plan.actions[self._given], self.plan.scenario_after(self._given)
+        self.simulation.emit(action.text, source=action.by)
         self._given += 1
+        for name, inject in self.plan.scenario_after(self._given).injects.items():
+            if inject.given and not before.injects[name].given:
+                self.simulation.emit(inject.text or name, level="warning", source=f"inject {name}")
 
     def _save_if_due(self) -> None:
         """Write a checkpoint at its time or when asked for."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from oilsim.core.quantity import quantity
 from scenarios.schema.parsing.quantity_fields import Section
-from scenarios.schema.parsing.relations import Relation, at_most_one, exactly_one, only_with
+from scenarios.schema.parsing.relations import Relation, at_most_one, exactly_one, only_with, reference
 from scenarios.text.problems import Problem
 
 
@@ -46,7 +46,8 @@ class InjectSettings(Section):
     spread  [s] the time is earlier or later by up to this, drawn from run.seed
     chance  [1] that the inject comes at all, drawn from run.seed
     orders  texts KEY=VALUE, as for `oilsim order`; they act together
-    text    what the log says, in words a crew would use
+    text    what crews are told, in words of what they notice; without it, they are told nothing
+    to      the vessels whose crews are told; by default all
     given   whether it has been given; an order sets it
     """
 
@@ -54,6 +55,7 @@ class InjectSettings(Section):
         at_most_one("at", "when"),
         only_with("delay", "when"),
         only_with("spread", "at or when"),
+        only_with("to", "text"),
     )
     at: float | None = quantity("s", default=None, at_least=0.0)
     when: ConditionSettings | None = None
@@ -62,6 +64,7 @@ class InjectSettings(Section):
     chance: float = quantity("", default=1.0, at_least=0.0, at_most=1.0)
     orders: tuple[str, ...]
     text: str = ""
+    to: tuple[str, ...] = reference("vessels", default=())
     given: bool = False
 
     def problems(self) -> Iterator[Problem]:

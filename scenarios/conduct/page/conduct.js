@@ -33,6 +33,8 @@ const on = {
     document.body.classList.toggle("crew", message.role === "vessel");
     document.body.classList.toggle("observer", message.role === "observer");
     at("role").textContent = message.role === "vessel" ? `Vessel ${message.vessel}` : message.role[0].toUpperCase() + message.role.slice(1);
+    at("introduction").hidden = message.role === "observer";
+    if (at("person").value) introduce();
     at("transport").hidden = message.role !== "instructor";
     at("tab-scene").hidden = at("tab-both").hidden = !message.viewer;
     plan.own = message.vessel || null;
@@ -64,6 +66,7 @@ const on = {
     charts.begin(conduct.scene, message.rows);
     for (const row of message.rows) for (const [name, [x, y]] of Object.entries(row.vessels)) plan.remember(name, x, y);
   },
+  given(message) { showInjects(message.injects); },
   lines(message) { log.add(message.lines); timeline.add(message.lines); },
   state(message) {
     conduct.state = message;
@@ -72,7 +75,6 @@ const on = {
     if (timeline.past === null) show(message);
     showVessels(conduct.scene, message);
     showSkimmers(message);
-    showInjects(message);
     conduct.helm?.follow(message.vessels[conduct.hello.vessel]?.ordered);
     showOrdered(conduct.scene, message);
     tellLag();
@@ -178,6 +180,12 @@ async function whatIf(time, settings) {
   if (told) await openDebriefs([...conduct.session.debriefs.filter((name) => name !== told), told], [told]);
 }
 
+// Gives the name of the person in front of the page, under which its orders stand in the log.
+function introduce() {
+  sessionStorage.setItem("person", at("person").value);
+  if (at("person").value.trim()) link.give("introduce", { name: at("person").value.trim() });
+}
+
 const toggle = () => link.give(conduct.state?.paused ? "go-on" : "pause");
 const mark = () => link.give("mark", { name: `moment ${(conduct.session?.marks.length ?? 0) + 1}` });
 const rescale = (by) => {
@@ -197,6 +205,8 @@ plan.onFollow = (wanted) => { at("follow").checked = wanted; };
 at("fit").addEventListener("click", () => { plan.fit(); plan.setFollow(true); });
 for (const name of ["plan", "scene", "both"]) at(`tab-${name}`).addEventListener("click", () => select(name));
 at("tab-debrief").addEventListener("click", () => openDebriefs(conduct.session.debriefs));
+at("person").value = sessionStorage.getItem("person") ?? "";
+at("person").addEventListener("change", introduce);
 at("password").addEventListener("close", () => link.retry(at("password-text").value));
 
 // The 3-D view takes the keyboard when it begins; a page whose keys waited for the view to draw would be late, so it takes them back.

@@ -9,9 +9,29 @@ const value = (id) => document.getElementById(id).valueAsNumber;
 
 export function buildControls(place, hello, scene, link) {
   place.replaceChildren();
+  briefs(place, scene);
   if (hello.role === "instructor") instructor(place, hello, scene, link);
-  else if (hello.role === "vessel") crew(place, hello.vessel, scene, link);
+  else if (hello.role === "vessel") crew(place, hello, scene, link);
   else observer(place, scene);
+}
+
+// The brief for all, and the instructor's notes, which only his page is sent.
+function briefs(place, scene) {
+  for (const [title, text] of [["Brief", scene.brief], ["Notes for the instructor", scene.notes]]) {
+    if (!text) continue; // an exercise of particles alone has none
+    const isOpen = title === "Brief" && !("notes" in scene);
+    place.insertAdjacentHTML("beforeend", `<details class="brief"${isOpen ? " open" : ""}><summary>${title}</summary><p>${escape(text)}</p></details>`);
+  }
+}
+
+// The radio, which all stations hear.
+function radio(place, hello, scene, link) {
+  const own = hello.vessel || "instructor", stations = ["all stations", "instructor", ...scene.vessels.map((one) => one.name)].filter((one) => one !== own);
+  if (!scene.vessels.length) return;
+  const box = group(place, "Radio", `<div class="row"><label>Call <select id="radio-to">${stations.map((one) => `<option>${escape(one)}</option>`).join("")}</select></label><label class="wide">and say<input id="radio-text" type="text" maxlength="500"></label><button>Say</button></div>`);
+  const field = document.getElementById("radio-text"), say = async () => { if (field.value.trim() && (await link.give("say", { to: document.getElementById("radio-to").value, text: field.value.trim() })).told) field.value = ""; };
+  when(box, "button", say);
+  field.addEventListener("keydown", (event) => { if (event.key === "Enter") say(); });
 }
 
 // What is ordered, and what the vessels make of it.
@@ -38,6 +58,7 @@ function instructor(place, hello, scene, link) {
   }
   for (const vessel of scene.vessels) vesselControls(place, vessel, scene, link);
   for (const name of Object.keys(scene.skimmers)) skimmerBox(place, name, scene, (settings) => link.give("order", { settings }));
+  radio(place, hello, scene, link);
   if (scene.injects.length) injectControls(place, scene, link);
   weatherControls(place, scene, link);
   if (scene.oils.length) releaseControls(place, scene, link);
@@ -67,14 +88,14 @@ function skimmerBox(place, name, scene, order) {
 }
 
 function injectControls(place, scene, link) {
-  const rows = scene.injects.map((one) => `<div class="row"><button data-inject="${escape(one.name)}">${escape(one.text || one.name)}</button></div>`);
+  const rows = scene.injects.map((one) => `<div class="row"><button data-inject="${escape(one.name)}">${escape(one.text || one.name)}</button><span class="quiet">${one.text ? `told to ${escape(one.to.join(", ") || "all")}` : "nobody is told"}</span></div>`);
   const box = group(place, "Injects of the exercise", rows.join(""));
   when(box, "button", (button) => link.give("order", { settings: [`injects.${button.dataset.inject}.given=true`] }));
 }
 
 // Greys out the injects that have been given.
-export function showInjects(state) {
-  document.querySelectorAll("[data-inject]").forEach((one) => { one.disabled = state.given.includes(one.dataset.inject); });
+export function showInjects(given) {
+  document.querySelectorAll("[data-inject]").forEach((one) => { one.disabled = given.includes(one.dataset.inject); });
 }
 
 function releaseControls(place, scene, link) {
@@ -144,7 +165,8 @@ function weatherControls(place, scene, link) {
   });
 }
 
-function crew(place, vessel, scene, link) {
+function crew(place, hello, scene, link) {
+  const { vessel } = hello;
   const order = { speed: 0, course: 0, isKnown: false };
   const box = group(place, `Helm of ${escape(vessel)}`, `<p class="state" id="state-${vessel}"></p>
     <div class="helm" role="group" aria-label="Ordered course"><button data-turn="-5" aria-label="5 degrees to port">−5°</button><output id="helm-course">–</output><button data-turn="5" aria-label="5 degrees to starboard">+5°</button></div>
@@ -168,6 +190,7 @@ function crew(place, vessel, scene, link) {
   document.getElementById("helm-stop").addEventListener("click", () => link.give("engine", { vessel, runs: false }));
   document.getElementById("helm-start").addEventListener("click", () => link.give("engine", { vessel, runs: true }));
   lineControls(place, vessel, scene, link);
+  radio(place, hello, scene, link);
   for (const name of scene.vessels.find((one) => one.name === vessel).skimmers) skimmerBox(place, name, scene, (settings) => link.give("skim", { vessel, settings }));
   window.conduct.helm = { turn, change, give, follow(ordered) {
     if (order.isTouched || !ordered || ordered.by_hand) return;

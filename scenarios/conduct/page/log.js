@@ -10,8 +10,8 @@ export class Log {
     for (const line of lines) {
       const item = document.createElement("li"), time = document.createElement("time"), text = document.createElement("span");
       time.textContent = clock(line.time);
-      text.textContent = (line.source === "orders" || line.source === "instructor" || line.source === "oilsim" ? "" : `${line.source}: `) + (line.words ?? line.text);
-      text.className = line.level === "info" ? (line.source === "instructor" ? "order" : "") : line.level;
+      text.textContent = (["", "orders", "instructor", "oilsim", "VHF"].includes(line.source) ? "" : `${line.source}: `) + (line.words ?? line.text);
+      text.className = line.level === "info" ? (line.order ? "order" : line.source === "VHF" ? "radio" : "") : line.level;
       item.append(time, text);
       this.place.prepend(item);
     }

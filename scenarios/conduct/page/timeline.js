@@ -15,7 +15,7 @@ export class Timeline {
 
   add(lines) {
     for (const line of lines) {
-      const kind = line.mark ? "mark" : line.source === "instructor" && line.words !== "goes on" && line.words !== "paused" ? "order" : line.level === "warning" && line.source !== "oilsim" ? "warning" : "";
+      const kind = line.mark ? "mark" : line.order && line.words !== "goes on" && line.words !== "paused" ? "order" : line.level === "warning" && line.source !== "oilsim" ? "warning" : "";
       if (kind) this.marks.push({ time: line.time, kind, words: line.words });
     }
     this.draw();

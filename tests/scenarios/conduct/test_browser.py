@@ -321,6 +321,15 @@ def _hauls_and_injects(page: sync_api.Page, crew: sync_api.Page) -> None:
     inject.click()
     sync_api.expect(log).to_contain_text("the engine of starboard has stopped; the inject engine is given")
     sync_api.expect(inject).to_be_disabled()
+    sync_api.expect(crew.locator("#log")).to_contain_text("The starboard engine stops")
+    sync_api.expect(crew.locator("#log")).not_to_contain_text("inject")
+    sync_api.expect(crew.locator("[data-inject]")).to_have_count(0)
+    crew.locator("#person").fill("Bo")
+    crew.locator("#person").press("Enter")
+    order(crew, "Radio", "Say", radio_text="the port line is slack")
+    sync_api.expect(log).to_contain_text("all stations, this is port, Bo: the port line is slack")
+    order(crew, "Tow line", "Order", own_line=2.0)
+    sync_api.expect(log).to_contain_text("crew port (Bo): tow line of port")
 
 
 def _branches_and_debriefs(page: sync_api.Page) -> None:
