@@ -114,11 +114,6 @@ class Boom:
         """Height [m] of the joints above the design waterline."""
         return -0.5 * self.skirt_depth if self.joint_height is None else self.joint_height
 
-    @property
-    def is_thickened(self) -> bool:
-        """True if the skirt is thicker in the simulation than as built."""
-        return self.skirt_thickness > self.design_skirt_thickness
-
     def profile(self) -> Array:
         """Return the starboard half of the section from the top down: half breadth and height [m], (K, 2)."""
         bottom = np.array([[0.5 * self.skirt_thickness, -self.skirt_depth]])
@@ -140,7 +135,7 @@ class Boom:
         """Return the boom as a fluid of this particle spacing [m] can resolve it: skirt and float at least one spacing thick.
 
         Depth, freeboard and waterline stay as built. The mass that the thicker skirt displaces is added to the ballast at the foot,
-        b' = 1 - (1 - b) m / m', and buoyancy_to_weight falls. `is_thickened` and `design_skirt_thickness` tell whether this happened.
+        b' = 1 - (1 - b) m / m', and buoyancy_to_weight falls. `design_skirt_thickness` keeps what was built.
         """
         thickness = max(self.skirt_thickness, minimum_thickness(particle_spacing))
         thick = replace(self, skirt_thickness=thickness, float_width=max(self.float_width, thickness))

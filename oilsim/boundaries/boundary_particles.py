@@ -12,7 +12,6 @@ c being the ratio of a lattice sum to the integral for a half space. `coupling.s
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -216,12 +215,3 @@ def solid_box(
     return BoundaryParticles(
         name=name, position=position, volume=lengths.prod(axis=1), area=facing, no_slip=no_slip, displaced=whole,
     )  # fmt: skip
-
-
-def sides_of(periodic: tuple[bool, bool, bool], dimension: int = 3) -> tuple[str, ...]:
-    """Return every side that can be closed."""
-    return tuple(
-        sign + axis
-        for (axis, repeats), sign in itertools.product(zip("xyz", periodic, strict=True), "-+")
-        if not repeats and not (dimension == 2 and axis == "y")
-    )

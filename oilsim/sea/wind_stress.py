@@ -111,12 +111,6 @@ class WindDrift:
 LENGTH = 56.7
 
 
-def kaimal_spectrum(frequency: Double, speed: float, deviation: float, length: float = LENGTH) -> Double:
-    """Compute S(f) (N,) [m2/s] at frequencies (N,) [Hz] for a mean speed [m/s], standard deviation [m/s] and length L [m]."""
-    time = length / speed
-    return deviation**2 * 4.0 * time / (1.0 + 6.0 * np.asarray(frequency, np.float64) * time) ** (5.0 / 3.0)
-
-
 class GustComponents(NamedTuple):
     """Sines of a gusty wind, each (M,).
 

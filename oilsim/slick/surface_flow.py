@@ -18,14 +18,3 @@ class SurfaceFlow(Protocol):
 
     def surface_velocity(self, points_xy: Array, time: float) -> Array:
         """Return the velocity (N, 2) [m/s] at points (N, 2) [m] in the world at `time` [s]; it must not write into the points."""
-
-
-class UniformFlow:
-    """A flow that is the same everywhere and always; `velocity` (2,) [m/s]."""
-
-    def __init__(self, velocity: tuple[float, float] = (0.0, 0.0)) -> None:
-        self.velocity = np.asarray(velocity, np.float64)
-
-    def surface_velocity(self, points_xy: Array, time: float) -> Array:
-        """Return the velocity (N, 2) [m/s] at points (N, 2) [m]."""
-        return np.tile(self.velocity, (len(points_xy), 1))

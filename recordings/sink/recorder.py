@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import weakref
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import TracebackType
 from typing import TYPE_CHECKING
 
 from recordings.files.writing import RecordingError
@@ -193,24 +190,3 @@ def _require_writable(path: Path) -> None:
         raise RecordingError(path, f"cannot be written: {error.strerror or error}") from error
     if not existed:
         path.unlink()
-
-
-@contextmanager
-def exit_on_sigterm() -> Iterator[None]:
-    """Turn SIGTERM into `SystemExit` inside the block, so that the recording is closed properly.
-
-    Otherwise the program ends at once and the file has no footer. Outside the main thread, where signals cannot be caught, this does
-    nothing. The exit code is 128 plus the signal's number.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def leave(number: int, _frame: FrameType | None) -> None:
-        raise SystemExit(128 + number)
-
-    previous = signal.signal(signal.SIGTERM, leave)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, previous)

@@ -1,4 +1,4 @@
-"""The Rerun viewer that comes with the package, on a screen or without one.
+"""The Rerun viewer that comes with the package, on a screen or in a page.
 
 It listens on this machine only, and its usage reports are switched off.
 """
@@ -10,25 +10,18 @@ import os
 import shutil
 import socket
 import subprocess
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from recordings.files.writing import RecordingError, absence
 
-if TYPE_CHECKING:
-    from rerun.experimental import ViewerClient
-
-
 LOOPBACK = "127.0.0.1"
 _START_SECONDS = 30.0
 _STOP_SECONDS = 5.0
-_LOAD_SECONDS = 2.0
 _SETTLE_SECONDS = 1.0
 
 
@@ -111,56 +104,6 @@ def _ended(viewer: subprocess.Popen[bytes]) -> ViewerError:
     return ViewerError(
         f"the viewer ended at once with code {viewer.returncode}; it found no screen or no graphics driver"
     )
-
-
-def render_viewer_screenshot(
-    recording: str | Path, pictures: dict[float, str | Path], *, width: int = 1600, height: int = 900
-) -> None:
-    """Draw what the viewer shows of a recording, without a screen; this needs a Vulkan driver, software or hardware.
-
-    Args:
-        recording: the file.
-        pictures: PNG files to write, by simulated time [s].
-        width: of the window [points]; the picture may have more pixels.
-        height: of the window [points].
-    """
-    source = _readable(recording).resolve()
-    with _headless_viewer(width, height) as client:
-        client.open(str(source))
-        time.sleep(_LOAD_SECONDS)
-        for at, target in sorted(pictures.items()):
-            client.set_time("sim_time", duration=float(at), play_state="paused")
-            time.sleep(_LOAD_SECONDS)
-            _save(client, Path(target).resolve())
-
-
-def _save(client: ViewerClient, target: Path) -> None:
-    """Take one picture, and move it to its place when it is complete."""
-    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-        fresh = Path(folder) / "picture.png"
-        client.save_screenshot(str(fresh))
-        fresh.replace(target)
-
-
-@contextmanager
-def _headless_viewer(width: int, height: int) -> Iterator[ViewerClient]:
-    """Start a viewer without a window; it ends when the block ends."""
-    from rerun.experimental import ViewerClient
-
-    port = free_port()
-    command = [viewer_executable(), "--headless", "--bind", LOOPBACK, "--port", str(port)]
-    viewer = start_viewer([*command, "--window-size", f"{width}x{height}"])
-    try:
-        wait_for_port(port, viewer)
-        yield ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
-    except ConnectionError as error:  # the viewer listens before it looks for a driver
-        try:
-            viewer.wait(_SETTLE_SECONDS)
-        except subprocess.TimeoutExpired:
-            raise error from None
-        raise _ended(viewer) from error
-    finally:
-        end_viewer(viewer)
 
 
 def end_viewer(viewer: subprocess.Popen[bytes]) -> None:

@@ -19,7 +19,6 @@ from scenarios.debrief.crew import crew_acted
 
 Array = NDArray[np.float64]
 
-knot = 1852.0 / 3600.0  # [m/s]
 UNDER_WAY = 0.5  # fraction of the highest tow speed through the water from which on the boom counts as under way
 START_UP = 0.1  # lengths of the boom that it goes through the water until it has taken its shape
 

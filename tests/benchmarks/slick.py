@@ -20,7 +20,7 @@ from oilsim.slick.barriers import Boom
 from oilsim.slick.loss_rate import Pools
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
-from oilsim.slick.surface_flow import UniformFlow
+from tests.oilsim.slick.flows import UniformFlow
 
 STEP = 0.1
 FLOW = UniformFlow((0.4, 0.0))

@@ -131,7 +131,6 @@ def test_boom_is_made_thick_enough_for_the_particles_and_says_so(spacing):
     resolved = boom.resolved_by(spacing)
     assert resolved.skirt_thickness == max(0.01, minimum_thickness(spacing))
     assert resolved.design_skirt_thickness == 0.01
-    assert resolved.is_thickened == (spacing > 0.01)
     assert (resolved.skirt_depth, resolved.freeboard) == (boom.skirt_depth, boom.freeboard)
     assert boom_segment(resolved).metacentric_height > 0.0
     # what is not ballast keeps its mass

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from booms.boom import Boom
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import Containment, ContainmentOptions, fates_of
-from booms.deployment import lay_u
 from oilsim.oil.fates import LossCause
+from tests.booms.laid import lay_u
 
 WATER = 0.5
 BOOM = Boom(

@@ -6,8 +6,8 @@ import pytest
 from booms.boom import Boom
 from booms.boom_state import BoomState
 from booms.containment import Containment, ContainmentOptions, fates_of, particle_rows
-from booms.deployment import lay_u
 from oilsim.oil.fates import FATES
+from tests.booms.laid import lay_u
 
 WATER, NEAR, ASTERN = 0.5, 0.5, 6.0  # the second boom lies this far behind the first along -x: about it, or free of it
 FOOT, TOP = WATER - 0.25, WATER + 0.14  # heights that mean drainage and splash-over

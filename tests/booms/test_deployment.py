@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
-from booms.deployment import catenary_chain, lay_between, lay_u, stream_chain, tow_line
+from booms.deployment import catenary_chain, lay_between, stream_chain, tow_line
+from tests.booms.laid import lay_u
 
 
 def make_boom(segment_count=24, length=6.0):

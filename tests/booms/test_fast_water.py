@@ -17,7 +17,7 @@ from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
-from oilsim.slick.surface_flow import UniformFlow
+from tests.oilsim.slick.flows import UniformFlow
 
 THICK = OilOnWater(oil_density=950.0, water_density=1025.0, kinematic_viscosity=0.1)  # 95 Pa s, as congealed oil
 LINE = np.array([[4.0, -6.0], [0.0, -2.0], [0.0, 2.0], [4.0, 6.0]])

@@ -19,7 +19,7 @@ from recordings.model.frame import (
     PhaseFrame,
     RunDescription,
 )
-from recordings.sink.recorder import Recorder, exit_on_sigterm
+from recordings.sink.recorder import Recorder
 
 STEP = 0.02
 BODIES = ("boom/segment-00", "boom/segment-01", "vessels/port", "rock")
@@ -81,9 +81,15 @@ def make_frame(index: int, ocean_count: int = 200) -> Frame:
     return Frame(index=index, time=index * STEP, bodies=bodies, scalars=scalars, read_phases=read_phases)
 
 
+def leave(number: int, _: object) -> None:
+    """End in order, so that the recording is closed."""
+    raise SystemExit(128 + number)
+
+
 def main(path: str, frame_count: int, pause: float, ocean_count: int) -> None:
     """Record, saying after each frame how far it has come."""
-    with exit_on_sigterm(), Recorder(path, frame_rate=1.0 / STEP) as recorder:
+    signal.signal(signal.SIGTERM, leave)
+    with Recorder(path, frame_rate=1.0 / STEP) as recorder:
         recorder.initialized(describe())
         recorder.event(Event(0.0, "begins", "info", "program"))
         for index in range(frame_count):

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from booms.boom import Boom
 from booms.boom_state import BoomState
 from booms.containment import Containment, ContainmentOptions
-from booms.deployment import lay_u
 from booms.losses.closure_losses import INTERVAL, ClosureLosses, LostBoom
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import Closures
@@ -20,6 +19,7 @@ from booms.losses.resolution import Resolution
 from booms.losses.undisturbed import forced_flow
 from oilsim import Fluid, FluidConfig, Phase, block
 from oilsim.sea import RegularWaves, SeaForcing, Zone
+from tests.booms.laid import lay_u
 from tests.seas import shallow_sea
 
 Array = NDArray[np.float64]

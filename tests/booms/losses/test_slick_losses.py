@@ -11,7 +11,7 @@ from oilsim.slick.barriers import Boom, Immersion
 from oilsim.slick.loss_rate import Pools
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
-from oilsim.slick.surface_flow import UniformFlow
+from tests.oilsim.slick.flows import UniformFlow
 
 DRAFT, FREEBOARD = 0.4, 0.3  # m
 LINE = np.array([[5.0, -15.0], [0.0, -5.0], [0.0, 5.0], [5.0, 15.0]])

@@ -17,7 +17,7 @@ from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
-from oilsim.slick.surface_flow import UniformFlow
+from tests.oilsim.slick.flows import UniformFlow
 
 BODIES = [f"segment-{k}" for k in range(12)]
 STEP = 0.25

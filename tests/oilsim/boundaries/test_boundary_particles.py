@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oilsim import BoundaryParticles, block, solid_box, tank_walls
-from oilsim.boundaries.boundary_particles import lattice_wall_factor, sides_of, wall_coverage
+from oilsim.boundaries.boundary_particles import lattice_wall_factor, wall_coverage
 from oilsim.density.density_constraint import density_and_diagonal
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, normalisation
 from tests.oilsim.conftest import search
@@ -51,7 +51,8 @@ def test_coverage_falls_with_distance_and_matches_the_missing_lattice(dimension)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_tank_walls_are_two_layers_of_lattice_and_have_the_tanks_area(dimension):
     size, spacing = np.array([0.8, 0.4, 0.6]), 0.1
-    walls = tank_walls((0, 0, 0), size, spacing, sides=sides_of((False,) * 3, dimension), dimension=dimension)
+    sides = tuple(sign + axis for axis in ("xz" if dimension == 2 else "xyz") for sign in "-+")
+    walls = tank_walls((0, 0, 0), size, spacing, sides=sides, dimension=dimension)
     inside = np.round(size / spacing).astype(int)
     if dimension == 2:
         inside, size = inside[[0, 2]], size[[0, 2]]

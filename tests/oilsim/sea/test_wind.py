@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 
 from oilsim.sea import FlowTable, JonswapWaves, KaimalGusts, Sea, SeaDescription, SteadyFlow, WindDrift, WindField
-from oilsim.sea.wind_stress import friction_speed, kaimal_spectrum, wind_stress
+from oilsim.sea.wind_stress import LENGTH, friction_speed, wind_stress
 
 GRAVITY, WATER = 9.81, 1027.0
+
+
+def kaimal_spectrum(frequency, speed, deviation):
+    """S(f) of Kaimal (N,) [m2/s] at frequencies (N,) [Hz] for a mean speed [m/s] and a standard deviation [m/s]."""
+    time = LENGTH / speed
+    return deviation**2 * 4.0 * time / (1.0 + 6.0 * frequency * time) ** (5.0 / 3.0)
 
 
 def windy(speed=8.0, direction=0.0, gusts=None, **rest):

@@ -5,6 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 
+class UniformFlow:
+    """A flow that is the same everywhere and always; `velocity` (2,) [m/s]."""
+
+    def __init__(self, velocity: tuple[float, float] = (0.0, 0.0)) -> None:
+        self.velocity = np.asarray(velocity, np.float64)
+
+    def surface_velocity(self, points_xy, time):
+        return np.tile(self.velocity, (len(points_xy), 1))
+
+
 class Rotation:
     """Water that turns about the origin with `rate` [rad/s]."""
 

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from oilsim.slick.surface_flow import UniformFlow
-from tests.oilsim.slick.flows import Rotation
+from tests.oilsim.slick.flows import Rotation, UniformFlow
 
 
 def test_uniform_flow_moves_the_center(make_slick):

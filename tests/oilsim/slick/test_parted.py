@@ -9,7 +9,7 @@ from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Barriers, Boom
 from oilsim.slick.crossing import nearest_on_barriers
 from oilsim.slick.slick import Slick
-from oilsim.slick.surface_flow import UniformFlow
+from tests.oilsim.slick.flows import UniformFlow
 
 FLOW = UniformFlow((0.3, 0.0))
 LINE = np.array([(15.0, 4.0 * k - 20.0) for k in range(11)])

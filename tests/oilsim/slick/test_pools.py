@@ -9,8 +9,7 @@ from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.pools import boom_thickness, head_thickness, reduced_gravity, thickening
-from oilsim.slick.surface_flow import UniformFlow
-from tests.oilsim.slick.flows import Swell, Tide
+from tests.oilsim.slick.flows import Swell, Tide, UniformFlow
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from oilsim.slick.merging import merge_parcels
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import COLUMNS, ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
-from oilsim.slick.surface_flow import UniformFlow
+from tests.oilsim.slick.flows import UniformFlow
 
 FLOW = UniformFlow((0.15, 0.02))
 HEAVY = Oil(density=940.0, dynamic_viscosity=2.0, interfacial_tension=0.03)

@@ -11,8 +11,8 @@ from oilsim.slick import gradient_flow
 from oilsim.slick.gradient_flow import PER_CELL, Liquids, _measure, cell_size
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
-from oilsim.slick.surface_flow import UniformFlow
 from oilsim.slick.thickness_grid import build_grid
+from tests.oilsim.slick.flows import UniformFlow
 
 CALM = UniformFlow()
 WATER, VISCOSITY = 1025.0, 1e-6

@@ -7,7 +7,7 @@ import pytest
 
 from oilsim.slick.barriers import Boom, Immersion, Outline
 from oilsim.slick.parcels import ParcelState
-from oilsim.slick.surface_flow import UniformFlow
+from tests.oilsim.slick.flows import UniformFlow
 
 SHORE = [(20.0, -200.0), (60.0, -200.0), (60.0, 200.0), (20.0, 200.0)]
 

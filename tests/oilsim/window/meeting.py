@@ -16,11 +16,11 @@ from oilsim.slick.barriers import Boom
 from oilsim.slick.oil import Oil
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
-from oilsim.slick.surface_flow import UniformFlow
 from oilsim.window.oil_exchange import OilExchange
 from oilsim.window.settings import WindowSettings
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
+from tests.oilsim.slick.flows import UniformFlow
 
 WATER = Phase(name="water", rest_density=1027.0, dynamic_viscosity=1e-3)
 CRUDE = Phase(name="crude", rest_density=870.0, dynamic_viscosity=0.05)

@@ -12,8 +12,8 @@ from oilsim.sea import CurrentProfile, SteadyFlow
 from oilsim.slick.barriers import Boom
 from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick
-from oilsim.slick.surface_flow import UniformFlow
 from oilsim.window.oil_exchange import FADE
+from tests.oilsim.slick.flows import UniformFlow
 from tests.oilsim.window.meeting import CURRENT, OIL, SPACING, STEP, Meeting
 
 STREAM = CurrentProfile(flow=SteadyFlow(speed=CURRENT))

@@ -14,12 +14,12 @@ from coupling.participants.plan_barriers import Beach
 from oilsim.slick.barriers import Boom, Immersion, Outline
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
-from oilsim.slick.surface_flow import UniformFlow
 from scenarios.running.assembly import build
 from scenarios.setup.layout import lay_out
 from scenarios.spec.load import load_scenario
 from scenarios.spec.resolve import resolve
 from scenarios.text.problems import ScenarioError
+from tests.oilsim.slick.flows import UniformFlow
 
 BEACH = Beach(waterline=(0.0, 0.0, 0.0), seaward=-0.5 * math.pi, slope=0.05, width=100.0, capacity=0.001)
 
