@@ -34,12 +34,14 @@ class Continuation:
 
     way      (2,) [m] more that the current has carried the waves
     lead     [s] by which gusts are early
+    turn     (M,) [rad] by which the phase of each component leads; none where their lengths are those at the start
     made_in  the current in which periods seen from the ground became wave lengths, which no later current changes; None: the sea's own
     Raises ValueError for values that are not allowed.
     """
 
     way: tuple[float, float] = quantity("m", default=(0.0, 0.0))
     lead: float = quantity("s", default=0.0)
+    turn: tuple[float, ...] = quantity("rad", default=())
     made_in: SteadyFlow | None = None
 
     def __post_init__(self) -> None:

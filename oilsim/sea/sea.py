@@ -60,6 +60,8 @@ class Sea:
         self._water = description.water
         waves = description.waves
         self._waves = NO_WAVES if waves is None else self._components(waves)
+        if description.carried.turn:
+            self._waves = self._waves._replace(phase=self._waves.phase + description.carried.turn)
         self._wheeler = waves is None or waves.stretching == "wheeler"
         wind = description.wind
         self._mean_wind = np.zeros(2) if wind is None else wind.flow.mean()
@@ -74,22 +76,35 @@ class Sea:
     def followed_by(self, description: SeaDescription, time: float, place: Double) -> Sea:
         """Return the sea of another description, in which the patterns of this one go on from where they are at `time` [s], along its land.
 
-        Waves do so everywhere, and keep their lengths; gusts at a `place` (2,) [m], because their lengths grow with the wind.
+        Waves of the same lengths do so everywhere; waves of as many other lengths, and gusts, whose lengths grow with the wind, at a
+        `place` (2,) [m]. Waves of another number begin anew.
         """
         after = Sea(replace(description, carried=Continuation()))
         carried = self.description.carried
         x, y = (self._own_travel(time) - after._own_travel(time)).tolist()
-        return Sea(
-            replace(
-                description,
-                along_land=self.description.along_land,
-                carried=Continuation(
-                    way=(carried.way[0] + x, carried.way[1] + y),
-                    lead=carried.lead + (after._arrival(place) - self._arrival(place)),
-                    made_in=self._made_in(),
-                ),
-            )
+        goes_on = Continuation(
+            way=(carried.way[0] + x, carried.way[1] + y),
+            lead=carried.lead + (after._arrival(place) - self._arrival(place)),
+            made_in=self._made_in(),
         )
+        after = Sea(replace(description, along_land=self.description.along_land, carried=goes_on))
+        turn = self._turn_of(after, time, place)
+        return after if not turn else Sea(replace(after.description, carried=replace(goes_on, turn=turn)))
+
+    def _turn_of(self, after: Sea, time: float, place: Double) -> tuple[float, ...]:
+        """Return the lead [rad] of phases with which the waves `after` are in step with these at a place (2,) [m] and `time` [s]."""
+        old, new = self._waves, after._waves
+        if old.phase.size != new.phase.size:
+            return ()
+        if np.array_equal(old.wave_number, new.wave_number):
+            return self.description.carried.turn
+        angle, begun = (sea._angle_at(place, time) for sea in (self, after))
+        return tuple(np.remainder(angle - begun, 2.0 * np.pi).tolist())
+
+    def _angle_at(self, place: Double, time: float) -> Double:
+        """Return the angle (M,) [rad] of each component at a place (2,) [m]."""
+        waves = self._waves
+        return waves.wave_number * (waves.toward_x * place[0] + waves.toward_y * place[1]) - self._phase(time)
 
     def _made_in(self) -> SteadyFlow | None:
         """Return the current in which the lengths of the waves were made; None where these do not depend on it."""

@@ -148,7 +148,7 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame, means: Means 
         "skimmers": skimmers_of(assembly, scenario, frame.time, means),
         "lines": lines_of(assembly, scenario),
         "tow": None if scenario.tow is None else {"speed": scenario.tow.speed, "heading": scenario.tow.heading},
-        "weather": weather_of(scenario.sea),
+        "weather": weather_of(assembly.controls.sea) | {"within": scenario.sea.within},
         "pipes": {name: pipe.speed for name, pipe in scenario.emitters.items()},
         "given": [name for name, one in scenario.injects.items() if one.given],
         "oil": as_text(oil_spots(assembly, frame)),
@@ -170,11 +170,12 @@ def weather_of(sea: SeaSettings) -> dict[str, Any]:
 
 
 def _waves(settings: Any) -> dict[str, Any]:
-    """Return height [m], period [s] and direction [rad] of waves, and the key by which their height is ordered."""
+    """Return height [m], period [s] and direction [rad] of waves, and the keys by which height and period are ordered."""
     is_spectrum = hasattr(settings, "significant_height")
     key, period = ("significant_height", "peak_period") if is_spectrum else ("height", "period")
     height = getattr(settings, key)
-    return {"height": height, "period": getattr(settings, period), "direction": settings.direction, "key": key}
+    known = {"height": height, "period": getattr(settings, period), "direction": settings.direction}
+    return {**known, "key": key, "period_key": period}
 
 
 def _flow(settings: Any) -> dict[str, float | None]:

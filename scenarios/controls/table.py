@@ -66,6 +66,9 @@ CONTROLS = (
     Control("sea.wind.gust_intensity", "change_sea"),
     Control("sea.waves.height", "change_sea"),
     Control("sea.waves.significant_height", "change_sea"),
+    Control("sea.waves.period", "change_sea"),
+    Control("sea.waves.peak_period", "change_sea"),
+    Control("sea.within", ""),
     Control("emitters.*.speed", "pour", driven=True),
 )
 KEYS = tuple(control.key for control in CONTROLS)

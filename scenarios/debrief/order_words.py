@@ -128,6 +128,8 @@ def _release_in_words(pipe: str, written: str) -> str:
 
 
 _WORDS: Mapping[str, Callable[[float, str], str]] = {
+    "within": lambda value, _: f"within {three_figures(value / 60.0)} min" if value else "at once",
+    "waves.*period": lambda value, _: f"waves of {three_figures(value)} s",
     "tow.speed": lambda value, _: f"tow at {value / KNOT:.2f} kn",
     "wind.speed": lambda value, _: f"wind {three_figures(value / KNOT)} kn",
     "current.speed": lambda value, _: f"current {value / KNOT:.2f} kn",

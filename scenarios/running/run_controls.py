@@ -7,7 +7,7 @@ the run to what the scenario says then: helmsmen, engines, winches, booms, moori
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -17,10 +17,12 @@ from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import PipeEmitter
 from scenarios.controls.table import CONTROLS, SETTERS, with_entry
+from scenarios.running.sea_change import SeaChange, sea_change, sea_numbers, with_numbers
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of
 from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.parsing.relations import entries_at
 from scenarios.schema.recovery import SkimmerSettings
+from scenarios.schema.sea import SeaSettings
 from scenarios.setup.afloat.boom_lines import laid_out, reel_name
 from scenarios.setup.afloat.fleet import course_of, gains_of
 from scenarios.setup.afloat.moorings import leg_name, tie_name
@@ -60,6 +62,8 @@ class RunControls:
         self._simulators, self._helms, self._strength, self._scoring = simulators, helms, strength, scoring
         self._ordered = self._present = scenario
         self._signaled: dict[str, float] = {}
+        self._change: SeaChange | None = None
+        self._numbers: dict[str, float] = {}  # of the sea, while it changes
         self._laid = {name: boom.tow_line for name, boom in scenario.booms.items()}
         self._waiting = {tie_name(name) for name, tie in scenario.ties.items() if tie.waits}
         self._lengths: dict[str, tuple[float, float]] = {}  # that are ordered [m], and speeds of winches [m/s], by line
@@ -85,21 +89,36 @@ class RunControls:
         spec = resolve(scenario)
         if within_reach:
             self._require_reach(spec.ties)
-        self._obey(spec, self._signaled)
+        change, numbers, time = self._change, self._numbers, self._simulators.sea.time
+        if dict(sea_numbers(spec)) != dict(sea_numbers(self._ordered)):
+            change = sea_change(self._present, spec, time)
+            numbers = {} if change is None else change.at(time)
+        self._obey(spec, self._signaled, numbers)
+        self._change = change
 
     def drive(self, values: Mapping[str, float | None]) -> None:
         """Let signals set entries by their paths, in the unit of each; None gives one back to the orders. ScenarioError as of `order`."""
         signaled = {path: value for path, value in (self._signaled | dict(values)).items() if value is not None}
         if signaled != self._signaled:
-            self._obey(self._ordered, signaled)
+            self._obey(self._ordered, signaled, self._numbers)
+
+    @property
+    def sea(self) -> SeaSettings:
+        """The sea as it is now, on its way to what is ordered."""
+        return self._present.sea
 
     def save_state(self) -> dict[str, Any]:
-        """Return what signals have set, as plain data; nothing where there is none."""
-        return {"signaled": dict(self._signaled)} if self._signaled else {}
+        """Return what signals have set, and a sea on its way, as plain data; nothing where there is none."""
+        signaled = {"signaled": dict(self._signaled)} if self._signaled else {}
+        if self._change is None:
+            return signaled
+        return {**signaled, "sea_change": asdict(self._change), "sea_numbers": self._numbers}
 
     def restore_state(self, state: Mapping[str, Any]) -> None:
-        """Go back to the signals of a state with what `save_state` returned, before the parts are restored."""
-        self.drive(dict.fromkeys(self._signaled) | dict(state.get("signaled", {})))
+        """Go back to the signals and the sea of a state with what `save_state` returned, before the parts are restored."""
+        saved = state.get("sea_change")
+        self._obey(self._ordered, dict(state.get("signaled", {})), dict(state.get("sea_numbers", {})))
+        self._change = None if saved is None else SeaChange(**saved)
 
     def present_meshes(self) -> dict[str, Trimesh]:
         """Return the meshes [m] of all bodies that the liquid meets, by name, where they are now."""
@@ -111,15 +130,20 @@ class RunControls:
         }
 
     def advance(self) -> None:
-        """Order the length of each line at the end of the next communication step, at the speed of its winch."""
+        """Order the length of each line at the end of the next communication step, at the speed of its winch; let the sea change."""
+        if self._change is not None:
+            self._obey(self._ordered, self._signaled, self._change.at(self._simulators.sea.time))
+            if self._simulators.sea.time >= self._change.end:
+                self._change, self._numbers = None, {}
         world = self._simulators.world
         for name, (wanted, speed) in self._lengths.items():
             assert world is not None, "lines need a world"
             most, present = speed * self._present.run.communication_step, world.lines.length(name)
             world.lines.order_length(name, present + min(max(wanted - present, -most), most))
 
-    def _obey(self, ordered: RunSpec, signaled: dict[str, float]) -> None:
-        scenario = ordered
+    def _obey(self, ordered: RunSpec, signaled: dict[str, float], numbers: dict[str, float]) -> None:
+        """Bring every part to what is ordered, with the `numbers` of a sea on its way there, and what is signaled over both."""
+        scenario = with_numbers(ordered, numbers)
         for path, value in signaled.items():
             table, *keys = path.split(".")
             is_source = table == "emitters" and keys[0] in scenario.sources
@@ -136,7 +160,7 @@ class RunControls:
             if "pour" in due
             else ((), ())
         )
-        self._ordered, self._present, self._signaled = ordered, scenario, signaled
+        self._ordered, self._present, self._signaled, self._numbers = ordered, scenario, signaled, numbers
         for setter in SETTERS:
             if setter in due and setter in self._setters:
                 self._setters[setter](scenario)

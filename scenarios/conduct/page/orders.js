@@ -1,9 +1,10 @@
 // Settings of orders that follow from the state; nothing here touches the page.
 
-// Waves of a height [m]: the present ones, or new ones, which run with the wind where one blows.
-export function waves(weather, height) {
-  if (weather?.waves) return [`sea.waves.${weather.waves.key}=${height}`];
-  const period = Math.max(2, 5 * Math.sqrt(height)).toFixed(1);
+// Waves of a height [m] and a period [s], of which one may be left out: the present ones, or new ones, which run with the wind where one blows.
+export function waves(weather, height, seconds) {
+  const known = weather?.waves;
+  if (known) return [[known.key, known.height, height], [known.period_key, known.period, seconds]].filter(([, old, wanted]) => Number.isFinite(wanted) && wanted !== old).map(([key, , wanted]) => `sea.waves.${key}=${wanted}`);
+  const period = seconds || Math.max(2, 5 * Math.sqrt(height)).toFixed(1);
   const way = weather?.wind?.direction == null ? "" : `,direction=${weather.wind.direction}`;
   return [`sea.waves={kind="regular",height=${height},period=${period}${way}}`];
 }

@@ -24,6 +24,11 @@ class RunSea:
         self.now, self._clock, self._place = sea, clock, place
         self._listeners = list[Callable[[Sea], None]]()
 
+    @property
+    def time(self) -> float:
+        """The time [s] of the run."""
+        return self._clock()
+
     def tell(self, listener: Callable[[Sea], None]) -> None:
         """Tell a listener of every sea that comes; what nobody listens to never changes."""
         self._listeners.append(listener)
@@ -41,7 +46,8 @@ class RunSea:
         """Let the sea go on as in a state with what `save_state` returned."""
         saved = state.get("sea", {})
         made_in = saved.get("made_in")
-        carried = Continuation(**{**saved, "made_in": None if made_in is None else SteadyFlow(**made_in)})
+        steady = None if made_in is None else SteadyFlow(**made_in)
+        carried = Continuation(**{**saved, "made_in": steady, "turn": tuple(saved.get("turn", ()))})
         if carried != self.now.description.carried:
             self.become(Sea(replace(self.now.description, carried=carried)))
 

@@ -83,3 +83,22 @@ def test_a_sea_that_stays_as_it_is_stays_so_to_the_last_bit() -> None:
     assert np.array_equal(third.surface_drift(PLACES, 600.0), second.surface_drift(PLACES, 600.0))
     assert second.surface_drift(PLACES, 123.4) == pytest.approx(first.surface_drift(PLACES, 123.4), abs=1e-9)
     assert first.followed_by(first.description, 50.0, PLACES[3]).description == first.description
+
+
+def test_waves_of_another_period_are_in_step_where_the_run_is() -> None:
+    """Twice, and at another place in between; elsewhere they part, since their lengths are others."""
+    first, second = (replace(WAVES, peak_period=period) for period in (4.2, 4.4))
+    before, here, there = sea_on(CURRENT), PLACES[0], PLACES[1]
+    after = before.followed_by(replace(before.description, waves=first), 600.0, here)
+    last = after.followed_by(replace(before.description, waves=second), 700.0, there)
+    assert after.elevation(here, 600.0) == pytest.approx(before.elevation(here, 600.0), rel=0.1, abs=0.02)
+    assert after.kinematics((*here, -1.0), 600.0).velocity == pytest.approx(
+        before.kinematics((*here, -1.0), 600.0).velocity, abs=0.05
+    )
+    assert last.elevation(there, 700.0) == pytest.approx(after.elevation(there, 700.0), rel=0.1, abs=0.02)
+    apart = after.elevation(PLACES, 600.0) - before.elevation(PLACES, 600.0)
+    assert np.abs(apart).max() > 0.1
+    same = last.followed_by(sea_on(STRONGER).description, 800.0, here)
+    assert same.description.carried.turn != ()
+    again = last.followed_by(last.description, 800.0, here)
+    assert again.elevation(PLACES, 800.0) == pytest.approx(last.elevation(PLACES, 800.0), abs=1e-9)

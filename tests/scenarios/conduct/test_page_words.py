@@ -97,9 +97,17 @@ def test_new_waves_run_with_the_wind(wind: dict[str, float] | None, direction: f
 def test_waves_that_are_there_only_get_another_height() -> None:
     weather = {
         "wind": {"speed": 8.0, "direction": 3.0},
-        "waves": {"key": "significant_height", "height": 1.0, "period": 5.0, "direction": 0.0},
+        "waves": {
+            "key": "significant_height",
+            "height": 1.0,
+            "period": 5.0,
+            "direction": 0.0,
+            "period_key": "peak_period",
+        },
     }
     assert called("orders.js", "waves", weather, 0.5) == ["sea.waves.significant_height=0.5"]
+    both = ["sea.waves.significant_height=0.5", "sea.waves.peak_period=4"]
+    assert called("orders.js", "waves", weather, 0.5, 4.0) == both
     weather["waves"] = None
     assert called("orders.js", "waves", weather, 0.5) == [
         'sea.waves={kind="regular",height=0.5,period=3.5,direction=3}'

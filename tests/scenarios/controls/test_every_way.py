@@ -158,11 +158,13 @@ TRIALS = (
     Trial("sea.wind.direction=1.5", ALONE),
     Trial("sea.wind.gust_intensity=0.3", ALONE),
     Trial("sea.waves.height=0.4", ALONE),
+    Trial("sea.waves.period=2.5", ALONE),
     Trial("sea.waves.significant_height=0.4", IRREGULAR),
+    Trial("sea.waves.peak_period=2.5", IRREGULAR),
     Trial("emitters.leak.speed=0.25", ALONE, starts=True),
 )
-# A tie is made fast by a crew within its reach (test_ties), and an inject is a way in itself.
-ELSEWHERE = {"ties.*.made_fast", "injects.*.given"}
+# A tie is made fast within its reach (test_ties), an inject is a way in itself, a time acts beside another order (test_sea_change).
+ELSEWHERE = {"ties.*.made_fast", "injects.*.given", "sea.within"}
 
 
 def looped(plan: Plan, setting: str | None = None, at: int = 0) -> str:

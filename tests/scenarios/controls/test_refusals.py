@@ -50,11 +50,11 @@ def test_an_inject_is_given_once() -> None:
 
 
 def test_waves_that_come_first_are_not_refused_for_waves_that_come_no_more() -> None:
-    """The second inject adds waves of a period of their own, which no order may change once there are waves."""
-    one, two = (f"sea.waves={{height=0.1, period={period}}}" for period in (3.0, 4.0))
+    """The second inject adds waves of a direction of their own, which no order may change once there are waves."""
+    one, two = (f"sea.waves={{height=0.1, period=3.0, direction={way}}}" for way in (0.0, 1.0))
     plan = Plan(scenario=tow(f'\n[injects.one]\norders = ["{one}"]\n[injects.two]\norders = ["{two}"]\n'))
     after = plan.ordered(["injects.one.given=true"], 1)
-    with pytest.raises(ScenarioError, match=r"sea\.waves\.period cannot be changed during a run"):
+    with pytest.raises(ScenarioError, match=r"sea\.waves\.direction cannot be changed during a run"):
         after.ordered(["injects.two.given=true"], 2)
 
 
