@@ -185,8 +185,7 @@ class FluidParticipant(Participant):
     def save_state(self) -> Any:
         """Return the fluid's state with its last outputs and inputs; the common inverse mass is set anew for every step."""
         state = super().save_state()
-        if "fluid" in state:  # not where several windows have one each
-            state["fluid"]["tied"] = None
+        state["fluid"]["tied"] = None
         return state
 
     def terminate(self) -> None:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -116,19 +116,10 @@ class Shares(SavedFields):
         self.later, self.turn = values, turn
 
 
-class KnownShares(Protocol):
-    """The shares of one window, or of several together, in the loads of bodies."""
-
-    names: tuple[str, ...]
-
-    def at(self, time: float) -> Array:
-        """Return the shares (B,) [1], in the order of `names`, at `time` [s]."""
-
-
 class SharedEnvironment:
     """A sea that loads bodies by formulas, each with what a window leaves: 1 - share. Its bodies have the order of `names`."""
 
-    def __init__(self, environment: Environment, names: tuple[str, ...], shares: KnownShares) -> None:
+    def __init__(self, environment: Environment, names: tuple[str, ...], shares: Shares) -> None:
         self.environment, self._shares = environment, shares
         self._rows = np.array([shares.names.index(name) for name in names], int)
         self.sea = getattr(environment, "sea", None)  # whom helmsmen and pictures ask for current and surface
@@ -188,10 +179,6 @@ class WindowParticipant(FluidParticipant):
         self._hand_back(twist + step_size * free, now, later, added)
         self.shares.announce(self._shares_of(later), time + step_size)
         return StepResult(Status.OK, time + step_size)
-
-    def take(self, inputs: Mapping[str, Array], inverse_mass: Array | None) -> None:
-        """Take all inputs for the next step from whoever has checked them: those of the bodies by name, and their common inverse mass."""
-        self._inputs, self._joint_inverse_mass = dict(inputs), inverse_mass
 
     def _all(self, what: str, size: int) -> Array:
         """Return an input of all bodies (B, size)."""

@@ -1,4 +1,4 @@
-"""Readings of a fluid, or of several together, from outside: particles, boundaries, sums and probes.
+"""Readings of a fluid from outside: particles, boundaries, sums and probes.
 
 No reader changes the fluid. Arrays of `Particles` and of a boundary are the solver's own and cannot be written through; all others are
 copies. Probes take the kernel mean of nearby particles (Shepard), f(x) = sum_j V f_j W(x - x_j) / sum_j V W(x - x_j), pressure with its
@@ -7,7 +7,6 @@ mean gradient carried along below.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -15,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.accounts import diagnostics
-from oilsim.accounts.diagnostics import Energy
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
 from oilsim.core.config import FluidConfig
@@ -285,33 +283,3 @@ def _top(heights: Double, thickness: float, fewest: int) -> float:
         if upper.all() or int(upper.sum()) >= fewest:
             return float(heights[upper].mean())
         heights = heights[~upper]
-
-
-class JointReadings:
-    """Sums and lists over fluids that have the same phases, and ids of their own, increasing from fluid to fluid."""
-
-    def __init__(self, fluids: Sequence[FluidView]) -> None:
-        self._fluids = tuple(fluids)
-
-    def energy(self) -> Energy:
-        """Return the kinetic and potential energy of the liquid [J]."""
-        kinetic, potential = zip(*(one.energy() for one in self._fluids), strict=True)
-        return Energy(sum(kinetic), sum(potential))
-
-    def momentum(self) -> NDArray[np.float64]:
-        """Return the linear momentum of the liquid (3,) [kg m/s]."""
-        return np.sum([one.momentum() for one in self._fluids], axis=0)
-
-    def phase_ids(self, phase: str) -> NDArray[np.uint32]:
-        """Return the particle ids of a phase (n,), ascending; ValueError for a phase that does not exist."""
-        return np.concatenate([one.phase_ids(phase) for one in self._fluids])
-
-    @property
-    def may_sleep(self) -> bool:
-        """True if water at rest falls asleep."""
-        return any(one.config.sleep_speed > 0.0 for one in self._fluids)
-
-    @property
-    def boundary_count(self) -> int:
-        """Number of wall particles."""
-        return sum(one.boundary_count for one in self._fluids)

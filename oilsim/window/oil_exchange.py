@@ -102,9 +102,8 @@ class OilExchange:
         follow_particles(slick, rows, places[:, :2], height, relative)
 
     def _resolved(self, parcels: Parcels) -> Rows:
-        """Return the rows (M,) of parcels that are particles of this window."""
-        rows = np.flatnonzero(parcels.state == ParcelState.RESOLVED)
-        return rows[self.window.owns(parcels.particle[rows])]
+        """Return the rows (M,) of parcels that are particles."""
+        return np.flatnonzero(parcels.state == ParcelState.RESOLVED)
 
     def _index_of(self, ids: Rows) -> Rows:
         """Return where particles of oil (M,) are in the state, -1 for those that are no more, or no oil."""
@@ -277,36 +276,3 @@ def _whole_parts(rows: Rows, volume: Array, unit: float) -> Iterator[tuple[Rows,
             at += 1 if left[at] == 0.0 else 0
         last = first + len(given)
         yield rows[first:last], np.array(given)
-
-
-class JointExchange:
-    """The exchanges of several windows, one after the other; windows that do not overlap never ask for the same oil."""
-
-    def __init__(self, exchanges: Sequence[OilExchange]) -> None:
-        self.exchanges = tuple(exchanges)
-
-    def follow(self, slick: Slick, relative: Array, time: float) -> None:
-        """Bring resolved parcels to where their particles are at `time` [s]; relative (S, 2) [m/s] of the water to the segments."""
-        for one in self.exchanges:
-            one.follow(slick, relative, time)
-
-    def exchange(self, slick: Slick, time: float) -> None:
-        """Let particles in the rims become parcels, and thick parcels in the middles particles."""
-        for one in self.exchanges:
-            one.exchange(slick, time)
-
-    def places(self, parcels: Parcels, time: float) -> tuple[Rows, Array]:
-        """Return the rows (M,) of resolved parcels, and where their particles are at `time` [s], (M, 3) [m]."""
-        rows, places = zip(*(one.places(parcels, time) for one in self.exchanges), strict=True)
-        return np.concatenate(rows), np.concatenate(places)
-
-    def save_state(self) -> dict[str, float]:
-        """Return what has been exchanged, by window and quantity."""
-        return {
-            f"{k}.{name}": value for k, one in enumerate(self.exchanges) for name, value in one.save_state().items()
-        }
-
-    def restore_state(self, saved: Mapping[str, float]) -> None:
-        """Go back to what `save_state` returned."""
-        for k, one in enumerate(self.exchanges):
-            one.restore_state({name: saved[f"{k}.{name}"] for name in one.save_state()})

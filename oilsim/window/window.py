@@ -29,18 +29,16 @@ HEADROOM = 8.0
 MARGIN = 1.0
 # [supports] of still water that stay awake around what moves; measured; half of the usual: motion that ends there would end in the rim
 SLEEP_MARGIN = 1.0
-# [1] ids of particles that each window of a run has for itself; numerical; 15 windows of 32 bits, each for hours of a million particles
-IDS = 2**28
 
 
 class Window:
     """A fluid in the places at rest of a sea, and the rim around its middle. `fluid` takes bodies, oil and forcings as any other."""
 
     def __init__(
-        self, settings: WindowSettings, sea: Sea, phases: tuple[Phase, ...], threads: int | None = None, number: int = 0
+        self, settings: WindowSettings, sea: Sea, phases: tuple[Phase, ...], threads: int | None = None
     ) -> None:
-        """Fill the window with the first phase, at rest; `number` tells it from the other windows of a run, by the ids of its particles."""
-        self.settings, self.number = settings, number
+        """Fill the window with the first phase, at rest."""
+        self.settings = settings
         spacing, dimension = settings.spacing, settings.dimension
         level, gravity = sea.description.level, sea.description.gravity
         along = (0, 1) if dimension == 3 else (0,)
@@ -64,7 +62,6 @@ class Window:
         )
         self.fluid = Fluid(config, threads)
         self.motion = SeaMotion(sea, self.fluid.context.team)
-        self.fluid.state.next_id = number * IDS
         walls = tank_walls(lower, upper, spacing, sides=("-z",), periodic=config.periodic, dimension=dimension)
         self.fluid.add_boundary(walls)
         self.rim = Rim(settings.whole_size, settings.width, gravity, along)
@@ -81,10 +78,6 @@ class Window:
     def middle(self, time: float) -> Double:
         """Return where the water of the middle is at `time` [s], (2,) [m], waves aside."""
         return np.asarray(self.rim.center + self.motion.travel(time)[:2])
-
-    def owns(self, ids: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Mark ids (N,) of particles that are or were in this window, not in another one of the run."""
-        return np.asarray(ids // np.uint32(IDS) == self.number)
 
     def places(self, time: float) -> Double:
         """Return where all particles are in the sea now, (N, 3) [m], in the order of `fluid.particles`."""

@@ -24,7 +24,6 @@ from coupling.master.observer_dispatch import CommunicationPoint, FrameSource, O
 from coupling.master.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from oilsim import AdvanceReport, Fluid
-from oilsim.fluid.views import JointReadings
 from recordings.model.frame import RunDescription
 from scenarios.controls.signal_board import SignalBoard
 from scenarios.controls.signals import RunParts, signals_of
@@ -61,7 +60,7 @@ class Assembly:
     """A run that is ready to start: its parts, and what observers are shown.
 
     fluid, world: the simulators themselves, for whoever wants more than the participants' variables; sea: how undisturbed water moves;
-    readings: of all liquid, where there are several windows, of which the first is `fluid`; coupled: names of the bodies that exchange
+    coupled: names of the bodies that exchange
     motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part; controls: bring parts to what orders
     and signals ask for; accounts: scores and sums, advanced by the master; remarks: what a run falls short of; parts: what signals read
     and drive; exchange, ledger: how bodies meet the fluid, and the accounts of it; slicks: the oil that is parcels; skimmers: what takes
@@ -74,7 +73,6 @@ class Assembly:
     level: float
     fluid: Fluid
     sea: RunSea
-    readings: JointReadings
     world: RigidBodyWorld | None
     fluid_participant: FluidParticipant
     coupled: tuple[str, ...]
@@ -119,8 +117,8 @@ class Assembly:
 
     def particle_counts(self) -> dict[str, int]:
         """Count the particles now, by phase, and of all boundaries."""
-        counts = {name: len(self.readings.phase_ids(name)) for name in self.scenario.phases}
-        return counts | {"boundary": self.readings.boundary_count}
+        counts = {name: len(self.fluid.phase_ids(name)) for name in self.scenario.phases}
+        return counts | {"boundary": self.fluid.boundary_count}
 
     def _tend_lines(self, point: CommunicationPoint) -> None:
         """Let overloaded booms part, and winches work."""
@@ -174,7 +172,6 @@ def build(
         level=simulators.level,
         fluid=simulators.fluid,
         sea=simulators.sea,
-        readings=simulators.readings,
         world=world,
         fluid_participant=bodies.fluid,
         coupled=simulators.coupled,
@@ -208,7 +205,7 @@ def _failing(
 
 def _accounts(simulators: Simulators, scoring: Scoring) -> RunAccounts:
     """Create the accounts of a run, which advance at every communication point."""
-    fluid, bodies = simulators.readings, simulators.bodies
+    fluid, bodies = simulators.fluid, simulators.bodies
     return RunAccounts(
         scoring=scoring,
         coupling=CouplingAccount(fluid, bodies.fluid, simulators.world, simulators.coupled, bodies.ledger),

@@ -39,7 +39,7 @@ from scenarios.schema.recovery import skimmer_problems
 from scenarios.schema.run_settings import BodyProbe
 from scenarios.schema.sea import SeaSettings
 from scenarios.schema.tables import NAMED_TABLES, Parts
-from scenarios.schema.window import WindowTable, window_place
+from scenarios.schema.window import WindowTable
 from scenarios.text.problems import Problem, unknown
 
 NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
@@ -78,7 +78,8 @@ def problems_between(parts: Parts) -> Iterator[Problem]:
         yield from _sea_in_a_tank(parts.sea, parts.tank)
     if parts.fluid is not None and parts.tank is not None:
         yield from _numbers(parts.fluid, parts.tank, parts.fill.values())
-    yield from _window(parts)
+    if parts.window is not None and parts.fluid is not None:
+        yield from _window(parts.window, parts.fluid, parts)
 
 
 def _has_boxes(parts: Parts) -> bool:
@@ -102,7 +103,7 @@ def _is_weightless(parts: Parts) -> bool:
 
 
 def _is_window(parts: Parts) -> bool:
-    return bool(parts.window)
+    return parts.window is not None
 
 
 def _is_without_tension(parts: Parts) -> bool:
@@ -156,7 +157,7 @@ def _fidelity(parts: Parts) -> Iterator[Problem]:
         set(parts.fidelities or ()),
         {"live": "a table [fidelities.live]", "fine": "[tank], [window], or [fidelities.fine]"},
     )
-    live = "live" in changes or any(one.spacing == "live" for one in parts.window.values())
+    live = "live" in changes or (parts.window is not None and parts.window.spacing == "live")
     fine = "fine" in changes or bool(parts.boxes)
     offers = [name for name, there in (("live", live), ("fine", fine), ("none", True)) if there]
     if parts.fidelity is not None and parts.fidelity not in offers:
@@ -177,26 +178,14 @@ def _shore_and_skimmers(parts: Parts) -> Iterator[Problem]:
     yield from skimmer_problems(parts.skimmers, dict.fromkeys(parts.names["vessels"]), segments)
 
 
-def _window(parts: Parts) -> Iterator[Problem]:
-    """Yield problems of windows: what each may not be."""
-    if parts.window and parts.fluid is not None:
-        yield from _sea_decides(parts.fluid)
-    for name, window in parts.window.items():
-        place = window_place(name, parts.window)
-        if not re.fullmatch(NAME_PATTERN, name):
-            yield Problem("window", f"has an entry {name!r}, allowed: {NAME_ALLOWED}")
-        yield from _one_window(place, window, parts)
-
-
-def _one_window(place: str, window: WindowTable, parts: Parts) -> Iterator[Problem]:
-    """Yield problems of the window described at a `place` of the file: its size, and particles coarser than a skirt."""
-    if parts.fluid is None:
-        return
-    yield from (problem.below(place) for problem in window.problems_with(parts.fluid))
+def _window(window: WindowTable, fluid: FluidSettings, parts: Parts) -> Iterator[Problem]:
+    """Yield problems of the window: its gravity, its size, and particles coarser than a skirt."""
+    yield from _sea_decides(fluid)
+    yield from (problem.below("window") for problem in window.problems_with(fluid))
     if isinstance(window.spacing, str):
         return
-    spacing = window.spacing_in(parts.fluid)
-    key = "fluid.particle_spacing" if window.spacing is None else f"{place}.spacing"
+    spacing = window.spacing_in(fluid)
+    key = "fluid.particle_spacing" if window.spacing is None else "window.spacing"
     for name, boom in parts.booms.items():
         if boom.skirt_depth < spacing:
             text = f"is {spacing:g} m, allowed in a window: up to the skirt of boom {name!r}, {boom.skirt_depth:g} m"
@@ -233,15 +222,14 @@ def _names(parts: Parts) -> Iterator[Problem]:
 
 def _references(parts: Parts) -> Iterator[Problem]:
     """Find every name that leads nowhere, of the fields that are declared to be references; a probe may name vessels and segments too."""
-    for table in (*NAMED_TABLES, "window"):
-        for name, section in getattr(parts, table).items():
-            place = window_place(name, parts.window) if table == "window" else f"{table}.{name}"
-            for key, tables, held in references(section):
-                known = [one for other in tables for one in parts.names[other] if (other, one) != (table, name)]
-                verb = "is" if isinstance(getattr(section, key), str) else "holds"
-                for word in (word for word in held if word not in known):
-                    text = unknown(word, known, " or ".join(SINGULAR[other] for other in tables))
-                    yield Problem(f"{place}.{key}", f"{verb} {word!r}, which {text}")
+    sections = {f"{table}.{name}": one for table in NAMED_TABLES for name, one in getattr(parts, table).items()}
+    for place, section in (sections | ({} if parts.window is None else {"window": parts.window})).items():
+        for key, tables, held in references(section):
+            known = [one for other in tables for one in parts.names[other] if f"{other}.{one}" != place]
+            verb = "is" if isinstance(getattr(section, key), str) else "holds"
+            for word in (word for word in held if word not in known):
+                text = unknown(word, known, " or ".join(SINGULAR[other] for other in tables))
+                yield Problem(f"{place}.{key}", f"{verb} {word!r}, which {text}")
     bodies = body_names(parts)
     for name, probe in parts.probes.items():
         if isinstance(probe, BodyProbe) and probe.body not in bodies:

@@ -29,7 +29,7 @@ class Tables:
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     shore: ShoreSettings | None = None
     land: Mapping[str, LandSettings] = field(default_factory=dict)
-    window: Mapping[str, WindowTable] = field(default_factory=dict)
+    window: WindowTable | None = None
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)
     booms: Mapping[str, BoomSettings] = field(default_factory=dict)
@@ -45,8 +45,7 @@ class Tables:
     site: SiteSettings | None = None
 
 
-# all but windows, which have no names where there is one
-NAMED_TABLES = tuple(item.name for item in fields(Tables) if item.default_factory is dict and item.name != "window")
+NAMED_TABLES = tuple(item.name for item in fields(Tables) if item.default_factory is dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,5 +68,5 @@ class Parts(Tables):
 
     def as_run(self) -> Parts:
         """Return the parts with those boxes alone that the run has."""
-        tank, window = self.tank if "tank" in self.boxes else None, self.window if "window" in self.boxes else {}
+        tank, window = self.tank if "tank" in self.boxes else None, self.window if "window" in self.boxes else None
         return replace(self, tank=tank, window=window)

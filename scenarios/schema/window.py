@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from oilsim.core.quantity import quantity
 from oilsim.window.settings import SOLVER_OPTIONS, WindowSettings
@@ -14,15 +14,12 @@ from scenarios.schema.parsing.quantity_fields import Point2, Section
 from scenarios.schema.parsing.relations import reference
 from scenarios.text.problems import Problem
 
-ALONE = "window"  # name of the box that is the table [window] itself
-
 
 @dataclass(frozen=True, kw_only=True)
 class WindowTable(Section):
     """A box of particles inside the sea, which has rims for walls; all other water is formulas (docs/window.md).
 
-    Several boxes are tables [window.NAME], each with its own target, size and spacing; they may not overlap. They take the
-    place of a [tank].
+    It takes the place of a [tank].
 
     target  name of a boom, whose middle the box follows, of a vessel or of a body; or a place (x, y) [m]
     spacing  [m] of the particles, by default fluid.particle_spacing; "live": the finest that this machine computes in real time;
@@ -69,15 +66,3 @@ class WindowTable(Section):
             self.settings(fluid)
         except ValueError as error:
             yield Problem("", str(error).removeprefix("window: "))
-
-
-def tables_by_name(data: Any) -> Any:
-    """Return the tables of a file's [window] by name: that table itself is one, unless all that it holds are tables."""
-    if isinstance(data, Mapping) and not all(isinstance(entry, Mapping) for entry in data.values()):
-        return {ALONE: data}
-    return data
-
-
-def window_place(name: str, windows: Mapping[str, WindowTable]) -> str:
-    """Return where a window is described in a file."""
-    return "window" if name == ALONE and len(windows) == 1 else f"window.{name}"

@@ -122,20 +122,20 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
     particles = dict.fromkeys(liquid.phases, 0)
     for name, points in positions.items():
         particles[liquid.fill[name].phase] += len(points)
-    windows = [one.settings(spec.fluid) for one in spec.window.values()]
-    if windows:
+    window = None if spec.window is None else spec.window.settings(spec.fluid)
+    if window is not None:
         water = next(name for name, phase in sorted(liquid.phases.items(), key=lambda item: item[1].is_oil))
-        particles[water] += sum(one.particle_count for one in windows)
+        particles[water] += window.particle_count
     emitted = _emitted(liquid, run.duration)
     boundary = _boundary(liquid, solids) if liquid.in_tank else {}
     threads = run.threads or os.cpu_count() or 1
     steps = _steps(liquid, run, [float(points[:, 2].max()) for points in positions.values()], _moving(spec))
-    remarks, own_steps = _of_windows(spec, windows, solids, level)
+    remarks, own_steps = _of_window(spec, window, solids, level)
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
     each = SECONDS_PER_STEP + SECONDS_PER_PARTICLE_STEP * share * alive
-    of_fluid = steps * own_steps * each if liquid.in_tank or windows else 0.0
+    of_fluid = steps * own_steps * each if liquid.in_tank or window is not None else 0.0
     return Cost(
         particles=particles,
         emitted=emitted,
@@ -154,22 +154,21 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
     )
 
 
-def _of_windows(
-    spec: RunSpec, windows: Sequence[WindowSettings], solids: Sequence[Solid], level: float
-) -> tuple[tuple[str, ...], float]:
-    """Return what is to be told of windows, and the mean steps of their particles in each of the communication; 1 without one."""
-    if not windows:
-        return (), 1.0
-    from scenarios.setup.at_sea.window import require_water, window_facts, window_remarks  # only such a run pays for it
+def _of_window(
+    spec: RunSpec, window: WindowSettings | None, solids: Sequence[Solid], level: float
+) -> tuple[tuple[str, ...], int]:
+    """Return what is to be told of a window, and the steps of its particles in each of the communication; 1 without one."""
+    if window is None or spec.window is None:
+        return (), 1
+    from scenarios.setup.at_sea.window import require_water, window_fact, window_remarks  # only such a run pays for it
     from scenarios.spec.window_choice import fluid_steps
 
     fluid, step = spec.fluid, spec.run.communication_step
     sea = build_sea(spec.sea_at(level), spec.run, spec.site, spec.liquid, spec.liquid.water_density)
-    steps = [fluid_steps(one, fluid.gravity, step) for one in windows]
-    mean = float(np.average(steps, weights=[one.particle_count for one in windows]))
-    beyond = require_water(spec.window, fluid, solids, level) if solids else ()
-    remarks = window_remarks(spec.window, fluid, sea, spec.booms, spec.places)
-    return (*window_facts(spec.window, fluid, step), *remarks, *beyond), mean
+    beyond = require_water(spec.window.target, window, solids, level) if solids else ()
+    remarks = window_remarks(spec.window.target, window, sea, spec.booms, spec.places)
+    steps = fluid_steps(window, fluid.gravity, step)
+    return (window_fact(window, steps), *remarks, *beyond), steps
 
 
 def _start(spec: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:

@@ -136,7 +136,7 @@ def _waters(spec: RunSpec, sea: SeaSpec) -> Waters:
         orbital_speed=spec.orbital_speed,
         is_windy=sea.wind is not None,
         in_tank=bool(spec.tanks),
-        spacing=spec.coarsest_spacing,
+        spacing=spec.met_spacing,
     )
 
 

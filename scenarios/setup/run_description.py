@@ -36,7 +36,7 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
     properties |= {
         "title": scenario.title,
         "seed": float(scenario.run.seed),
-        "boxes": "tank" if scenario.tanks else "windows" if scenario.window else "none",
+        "boxes": "tank" if scenario.tanks else "windows" if scenario.window is not None else "none",
         "overrides": " ".join(overrides),
     }
     camera, exercise = scenario.camera, _describe_exercise(simulators)
@@ -52,24 +52,27 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
         site=None if scenario.site is None else scenario.site.recorded,
-        windows=tuple(describe_windows(simulators)),
+        windows=describe_windows(simulators),
         fates=FATES,
         plots=_describe_plots(scenario),
     )
 
 
-def describe_windows(simulators: Simulators) -> Iterator[WindowDescription]:
-    """Describe the windows of a run, which has them in the order of the scenario."""
-    tables = simulators.scenario.window.items() if simulators.windows else ()
-    for (name, table), window in zip(tables, simulators.windows, strict=True):
-        settings = window.settings
-        yield WindowDescription(
-            name=name,
+def describe_windows(simulators: Simulators) -> tuple[WindowDescription, ...]:
+    """Describe the window of a run; empty without one."""
+    table, window = simulators.scenario.window, simulators.window
+    if table is None or window is None:
+        return ()
+    settings = window.settings
+    return (
+        WindowDescription(
+            name="window",
             target=_target_in_words(table.target, simulators.scenario),
             size=settings.whole_size,
             depth=window.depth,
             spacing=settings.spacing,
-        )
+        ),
+    )
 
 
 def _target_in_words(target: str | tuple[float, float], scenario: RunSpec) -> str:

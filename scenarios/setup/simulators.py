@@ -16,7 +16,6 @@ from coupling.bullet.rigid_body_participant import Requested
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim import Fluid
-from oilsim.fluid.views import JointReadings
 from scenarios.schema.exercise import body_of
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.setup.afloat.boom_remarks import boom_remarks, waterside_of
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from coupling.participants.slick import SlickParticipant
     from oilsim.sea import Sea
     from oilsim.window.window import Window
+    from scenarios.schema.window import WindowTable
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,8 +46,8 @@ class Simulators:
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, in words; sea: as it is now;
     facts: what comes of windows' resolution, in words;
-    slicks: the oil that is parcels, one slick or none; skimmers: what takes it off the water; windows: the boxes of particles of a
-    run at sea, of which the first has `fluid`; none in other runs.
+    slicks: the oil that is parcels, one slick or none; skimmers: what takes it off the water; window: the box of particles of a
+    run at sea, which has `fluid`; None in other runs.
     """
 
     scenario: RunSpec
@@ -66,18 +66,11 @@ class Simulators:
     facts: tuple[str, ...] = ()
     slicks: tuple[SlickParticipant, ...] = ()
     skimmers: tuple[SkimmingParticipant, ...] = ()
-    windows: tuple[Window, ...] = ()
+    window: Window | None = None
 
     def positions(self, phase: str, time: float) -> NDArray[np.float32]:
         """Return where the particles (N, 3) [m] of a phase are at `time` [s], in the order of their ids."""
-        if not self.windows:
-            return self.fluid.phase_positions(phase)
-        return np.concatenate([one.phase_places(phase, time) for one in self.windows])
-
-    @property
-    def readings(self) -> JointReadings:
-        """Readings of all liquid."""
-        return JointReadings([one.fluid for one in self.windows] or [self.fluid])
+        return self.fluid.phase_positions(phase) if self.window is None else self.window.phase_places(phase, time)
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """Return the wrench (6,) [N, N m] of the fluid, or of the sea without particles, on a body; 0 on a body that neither meets."""
@@ -89,8 +82,8 @@ def build_simulators(spec: RunSpec) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
     layout, liquid = lay_out(spec), spec.liquid
     solids, coupled = layout.solids, layout.coupled
-    if spec.window:
-        return _with_windows(spec, layout)
+    if spec.window is not None:
+        return _with_window(spec, spec.window, layout)
     with problems_of("fluid", "cannot be built"):
         fluid, tank = build_fluid(liquid, spec.run, layout.positions, layout.sea)
     wetted = [solid for solid in solids if solid.wetted and liquid.in_tank]
@@ -128,32 +121,26 @@ def build_simulators(spec: RunSpec) -> Simulators:
     )
 
 
-def _with_windows(spec: RunSpec, layout: Layout) -> Simulators:
-    """Put windows of particles into the sea; ScenarioError for bodies that cannot be sampled, and for windows that overlap."""
-    from scenarios.setup.at_sea.window import (
-        build_windows,
-        couple_windows,
-        exchange_oil,
-        require_water,
-        target_of,
-    )  # only such a run pays for it
+def _with_window(spec: RunSpec, table: WindowTable, layout: Layout) -> Simulators:
+    """Put a window of particles into the sea; ScenarioError for bodies that cannot be sampled."""
+    from scenarios.setup.at_sea.window import build_window, couple_window, exchange_oil, require_water, target_of
 
-    beyond = require_water(spec.window, spec.fluid, layout.solids, layout.waters.level)
-    windows = build_windows(spec.window, spec.liquid, spec.run.threads, layout.sea)
+    settings = table.settings(spec.fluid)
+    beyond = require_water(table.target, settings, layout.solids, layout.waters.level)
+    window = build_window(settings, spec.liquid, spec.run.threads, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
-    targets = {name: target_of(table.target, layout.fleet) for name, table in spec.window.items()}
-    slicks = _slicks(spec, layout)
+    target, slicks = target_of(table.target, layout.fleet), _slicks(spec, layout)
     for slick in slicks:
-        exchange_oil(windows, slick, [name for name, phase in spec.phases.items() if phase.is_oil])
-    bodies = couple_windows(windows, targets, wetted, layout.world, [body for slick in slicks for body in slick.bodies])
-    notes, facts = _told(spec, layout, windows)
+        exchange_oil(window, slick, [name for name, phase in spec.phases.items() if phase.is_oil])
+    bodies = couple_window(window, target, wetted, layout.world, [body for slick in slicks for body in slick.bodies])
+    notes, facts = _told(spec, table, layout, window)
     return Simulators(
         scenario=spec,
         level=layout.waters.level,
         fleet=layout.fleet,
         solids=layout.solids,
         coupled=() if layout.world is None else tuple(solid.name for solid in wetted),
-        fluid=next(iter(windows.values())).fluid,
+        fluid=window.fluid,
         tank=None,
         sea=RunSea(layout.sea, lambda: 0.0, lambda: np.zeros(2)),  # whose particles move with it as it is
         bodies=bodies,
@@ -164,19 +151,23 @@ def _with_windows(spec: RunSpec, layout: Layout) -> Simulators:
         facts=facts,
         slicks=slicks,
         skimmers=_skimmers(spec.skimmers, layout, slicks),
-        windows=tuple(windows.values()),
+        window=window,
     )
 
 
-def _told(spec: RunSpec, layout: Layout, windows: Mapping[str, Window]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return warnings and facts of a run with windows, which follow their targets already."""
-    from scenarios.setup.at_sea.window import booms_in_rims, segments_borne, window_facts, window_remarks
+def _told(spec: RunSpec, table: WindowTable, layout: Layout, window: Window) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return warnings and facts of a run with a window, which follows its target already."""
+    from scenarios.setup.at_sea.window import booms_in_rim, segments_borne, window_fact, window_remarks
+    from scenarios.spec.window_choice import fluid_steps
 
-    borne = windows, layout.fleet.booms, spec.window
+    booms, settings = layout.fleet.booms, window.settings
     mended = (note for solid in layout.solids for note in solid.notes)
-    remarks = window_remarks(spec.window, spec.fluid, layout.sea, spec.booms, spec.places)
-    facts = window_facts(spec.window, spec.fluid, spec.run.communication_step)
-    return (*mended, *spec.left_out_in_words, *remarks, *booms_in_rims(*borne)), (*facts, *segments_borne(*borne))
+    remarks = window_remarks(table.target, settings, layout.sea, spec.booms, spec.places)
+    fact = window_fact(settings, fluid_steps(settings, spec.fluid.gravity, spec.run.communication_step))
+    return (*mended, *spec.left_out_in_words, *remarks, *booms_in_rim(window, booms)), (
+        fact,
+        *segments_borne(window, booms),
+    )
 
 
 def _slicks(spec: RunSpec, layout: Layout) -> tuple[SlickParticipant, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields
 from importlib import resources
 from pathlib import Path
 from typing import Any, get_args
@@ -14,7 +14,6 @@ from scenarios.schema.parsing.overrides import merged, parse_override, with_over
 from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import COMPASS, structure
 from scenarios.schema.tables import NAMED_TABLES, Parts
-from scenarios.schema.window import ALONE, WindowTable, tables_by_name
 from scenarios.spec.scenario import Scenario, problems_of
 from scenarios.text.problems import Problem, ScenarioError, moved, suggestion, unknown
 from scenarios.text.toml import read_toml_file
@@ -263,8 +262,6 @@ def _structured(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]
         if item.name not in data:
             if item.default is MISSING and item.default_factory is MISSING:
                 problems.append(Problem(item.name, "is missing; it must be given"))
-        elif item.name == "window":
-            sound[item.name] = _windows(data[item.name], problems)
         elif item.name in NAMED_TABLES:
             sound[item.name] = _entries(item.name, data[item.name], get_args(kinds[item.name])[1], problems)
         else:
@@ -289,15 +286,6 @@ def _entries(table: str, data: Any, kind: Any, problems: list[Problem]) -> dict[
             sound[name] = structure(entry, kind)
         except ScenarioError as error:
             problems.extend(problem.below(f"{table}.{name}") for problem in error.problems)
-    return sound
-
-
-def _windows(data: Any, problems: list[Problem]) -> dict[str, WindowTable]:
-    """Structure the windows by name; the table [window] itself may be one."""
-    found, by_name = list[Problem](), tables_by_name(data)
-    sound = _entries("window", by_name, WindowTable, found)
-    alone = by_name is not data
-    problems += [replace(one, path=one.path.replace(f"window.{ALONE}", "window", 1)) if alone else one for one in found]
     return sound
 
 

@@ -25,7 +25,7 @@ from scenarios.schema.liquid import (
 from scenarios.schema.run_settings import BodyProbe, CameraSettings, RecordingSettings, RunSettings
 from scenarios.schema.sea import SeaSettings
 from scenarios.schema.tables import Tables
-from scenarios.schema.window import WindowTable, window_place
+from scenarios.schema.window import WindowTable
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -84,7 +84,7 @@ class RunSpec(Tables):
     """A scenario as it is run, with its tables as they are felt.
 
     tank      the box with walls whose particles `fill`, `emitters` and `probes` are about; None without one, and then these are empty
-    window    the boxes with rims, each with numbers; empty without any
+    window    the box with rims, with numbers; None without one
     domain    the tank, or the part of the open sea around everything that is placed, which has a floor only
     spills    oil at the start that is parcels, because no tank holds it; sources: pipes that pour such oil
     left_out  the entries of the file that no part of the run feels
@@ -154,7 +154,7 @@ class RunSpec(Tables):
         unfelt = [
             f"probes.{name}: without particles formulas load free bodies only, so force and torque on {probe.body!r} are left out"
             for name, probe in self.probes.items()
-            if isinstance(probe, BodyProbe) and not self.tanks and not self.window and self._is_led(probe.body)
+            if isinstance(probe, BodyProbe) and not self.tanks and self.window is None and self._is_led(probe.body)
         ]
         return (*([told.format(", ".join(self.left_out))] if self.left_out else ()), *unfelt)
 
@@ -163,30 +163,34 @@ class RunSpec(Tables):
         return body in self.bodies and not isinstance(self.bodies[body].motion, Free)
 
     @property
-    def coarsest_spacing(self) -> float | None:
-        """Largest spacing [m] of particles that bodies may meet; None without any."""
-        return max(
-            (
-                *(self.fluid.particle_spacing for _ in self.tanks),
-                *(one.spacing_in(self.fluid) for one in self.window.values()),
-            ),
-            default=None,
-        )
+    def met_spacing(self) -> float | None:
+        """Spacing [m] of the particles that bodies may meet; None without any."""
+        if self.window is not None:
+            return self.window.spacing_in(self.fluid)
+        return self.fluid.particle_spacing if self.tanks else None
 
 
 def numbered(scenario: Scenario) -> Scenario:
-    """Return the scenario with a number in the place of each word of its windows, so that a run can be repeated on another machine.
+    """Return the scenario with a number in the place of each word of its window, so that a run can be repeated on another machine.
 
-    Windows end at the bottom of their sea. Raises ScenarioError where nothing tells a size, and for water too shallow for the particles.
+    A window ends at the bottom of its sea. Raises ScenarioError where nothing tells a size, and for water too shallow for the particles.
     """
-    windows = _windows(scenario)
-    if not windows:
+    window = _window(scenario)
+    if window is None:
         return scenario
-    if not all(one.size and one.depth and not isinstance(one.spacing, str) for one in windows.values()):
+    if not (window.size and window.depth) or isinstance(window.spacing, str):
         from scenarios.spec.window_choice import chosen  # only such a run pays for particles
 
-        scenario = chosen(scenario)
-    return _above_the_bottom(scenario, _sea(scenario).depth)
+        window = chosen(scenario, window)
+        fluid = replace(scenario.fluid, particle_spacing=window.spacing_in(scenario.fluid))
+        scenario = replace(scenario, window=window, fluid=fluid)
+    depth, spacing = _sea(scenario).depth, window.spacing_in(scenario.fluid)
+    if depth < LEAST_LAYERS * spacing:
+        key = "fluid.particle_spacing" if window.spacing is None else "window.spacing"
+        text = f"is {spacing:g} m, allowed in a window on water {depth:g} m deep: up to a quarter of that"
+        raise ScenarioError([Problem(key, text)], scenario.name)
+    ends = window.depth is not None and window.depth > depth
+    return replace(scenario, window=replace(window, depth=depth)) if ends else scenario
 
 
 def resolve(scenario: Scenario | RunSpec) -> RunSpec:
@@ -194,13 +198,13 @@ def resolve(scenario: Scenario | RunSpec) -> RunSpec:
     if isinstance(scenario, RunSpec):
         return scenario
     scenario = numbered(scenario)
-    recording, windows = scenario.recording, _windows(scenario)
-    tank = None if windows or scenario.fidelity == "none" else scenario.tank
+    recording, window = scenario.recording, _window(scenario)
+    tank = None if window is not None or scenario.fidelity == "none" else scenario.tank
     interval = INTERVAL if tank else INTERVAL_AT_SEA
     if recording.checkpoint_interval is None:
         recording = replace(recording, checkpoint_interval=interval)
     spec = {item.name: getattr(scenario, item.name) for item in fields(RunSpec) if hasattr(scenario, item.name)}
-    spec |= {"recording": recording, "window": windows, "tank": tank, "spills": {}, "sources": {}, "left_out": ()}
+    spec |= {"recording": recording, "window": window, "tank": tank, "spills": {}, "sources": {}, "left_out": ()}
     if tank is not None:
         return RunSpec(**spec | {"domain": tank})
     sea = _sea(scenario)
@@ -220,15 +224,15 @@ def resolve(scenario: Scenario | RunSpec) -> RunSpec:
         "sources": sources,
         "left_out": tuple(left_out),
     }
-    if not windows:
+    if window is None:
         spec["fluid"] = replace(
             scenario.fluid, sleep_speed=0.0
         )  # regions of a sea without water would cost a step's time
     return RunSpec(**spec | {"sea": sea, "domain": _open_sea(scenario, sea)})
 
 
-def _windows(scenario: Scenario) -> Mapping[str, WindowTable]:
-    return {} if scenario.fidelity == "none" else scenario.window
+def _window(scenario: Scenario) -> WindowTable | None:
+    return None if scenario.fidelity == "none" else scenario.window
 
 
 def sea_of(settings: SeaSettings, tank: Tank | None, spacing: float, level: float) -> SeaSpec:
@@ -274,21 +278,3 @@ def _places(scenario: Scenario) -> Iterator[tuple[float, float]]:
     yield from (body.position[:2] for body in scenario.bodies.values())
     for fill in scenario.fill.values():
         yield from (corner[:2] for corner in fill.extent(SOMEWHERE))
-
-
-def _above_the_bottom(scenario: Scenario, depth: float) -> Scenario:
-    """Return the scenario with windows no deeper than the sea [m]; ScenarioError with each window whose particles find too few layers."""
-    problems = []
-    for name, table in scenario.window.items():
-        spacing = table.spacing_in(scenario.fluid)
-        if depth < LEAST_LAYERS * spacing:
-            key = (
-                "fluid.particle_spacing" if table.spacing is None else f"{window_place(name, scenario.window)}.spacing"
-            )
-            text = f"is {spacing:g} m, allowed in a window on water {depth:g} m deep: up to a quarter of that"
-            problems.append(Problem(key, text))
-    if problems:
-        raise ScenarioError(problems, scenario.name)
-    deep = {name: one for name, one in scenario.window.items() if one.depth is not None and one.depth > depth}
-    ended = {name: replace(one, depth=depth) for name, one in deep.items()}
-    return replace(scenario, window=dict(scenario.window) | ended) if ended else scenario

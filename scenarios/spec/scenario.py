@@ -37,8 +37,8 @@ class Scenario(Section, Tables):
 
     name    name of the scenario; title: one line; text: what the scenario shows, and its source
     fill    liquid at the start, in order
-    tank    a box with walls that holds particles; without it and without windows, a run has none
-    window  boxes of particles with rims, by name, which take the place of a tank; in a file, one box may be the table [window] itself
+    tank    a box with walls that holds particles; without it and without a window, a run has none
+    window  a box of particles with rims, which takes the place of a tank
     fidelity    "live" or "fine": with the boxes of particles that the exercise offers under that name, "none": without any; by default as
                 the file has them
     fidelities  changes for ``live``, ``fine`` and ``none``, nested like the file; reading a file applies those of its fidelity

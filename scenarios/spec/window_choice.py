@@ -19,7 +19,7 @@ from oilsim import Phase
 from oilsim.sea import Sea, SeaDescription
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window
-from scenarios.schema.window import WindowTable, window_place
+from scenarios.schema.window import WindowTable
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -47,25 +47,11 @@ STEPS = 8
 SWIRL = 0.1
 
 
-def chosen(scenario: Scenario) -> Scenario:
-    """Return the scenario with numbers in the place of its windows' words; ScenarioError where no draft tells a size.
-
-    A window that is alone gives the spacing to [fluid] too, by which bodies and pictures go.
-    """
-    windows = {name: _sized(scenario, name, window) for name, window in scenario.window.items()}
-    spacing = (
-        next(iter(windows.values())).spacing_in(scenario.fluid)
-        if len(windows) == 1
-        else scenario.fluid.particle_spacing
-    )
-    return replace(scenario, window=windows, fluid=replace(scenario.fluid, particle_spacing=spacing))
-
-
-def _sized(scenario: Scenario, name: str, window: WindowTable) -> WindowTable:
-    """Return a window with numbers for its size, depth and spacing."""
+def chosen(scenario: Scenario, window: WindowTable) -> WindowTable:
+    """Return a window with numbers for its size, depth and spacing; ScenarioError where no draft tells a size."""
     if window.spacing is None:
         return window
-    draft = _draft(scenario, name, window)
+    draft = _draft(scenario, window)
     sized = replace(
         window,
         size=(SIDES * draft, SIDES * draft) if window.size is None else window.size,
@@ -78,7 +64,7 @@ def _sized(scenario: Scenario, name: str, window: WindowTable) -> WindowTable:
     return replace(sized, spacing=live_spacing(scenario, sized, draft, seconds_per_particle_step(scenario.run.threads)))
 
 
-def _draft(scenario: Scenario, name: str, window: WindowTable) -> float:
+def _draft(scenario: Scenario, window: WindowTable) -> float:
     """Return the draft [m] of what the window follows: of a boom's skirt, a vessel, or the deepest skirt of all."""
     if window.target in scenario.booms:
         return scenario.booms[str(window.target)].skirt_depth
@@ -87,31 +73,26 @@ def _draft(scenario: Scenario, name: str, window: WindowTable) -> float:
     skirts = [boom.skirt_depth for boom in scenario.booms.values()]
     if not skirts:
         text = f"is {window.spacing!r}, allowed without a boom or vessel: none; give size, depth and fluid.particle_spacing"
-        raise ScenarioError([Problem(f"{window_place(name, scenario.window)}.spacing", text)], scenario.name)
+        raise ScenarioError([Problem("window.spacing", text)], scenario.name)
     return max(skirts)
 
 
 def live_spacing(scenario: Scenario, window: WindowTable, draft: float, speed: float) -> float:
     """Return the finest spacing [m] that runs in real time, or the coarsest that shows the draft [m].
 
-    speed [s] of the machine for a particle and step. Several windows share the time.
+    speed [s] of the machine for a particle and step.
     """
     spacings = [float(one) for one in draft / np.linspace(FINE, COARSE, TRIALS)]
     trials = ((one, replace(window, spacing=one).settings(scenario.fluid)) for one in spacings)
-    limit = SHARE / len(scenario.window)
-    return next((one for one, settings in trials if _load(scenario, settings, speed) <= limit), spacings[-1])
+    return next((one for one, settings in trials if _load(scenario, settings, speed) <= SHARE), spacings[-1])
 
 
 def _load(scenario: Scenario, settings: WindowSettings, speed: float) -> float:
-    """Return the time [s] that a simulated second takes if no water sleeps, at a `speed` [s] of each particle and step.
-
-    Several windows share the time of the bodies.
-    """
+    """Return the time [s] that a simulated second takes if no water sleeps, at a `speed` [s] of each particle and step."""
     step = scenario.run.communication_step
     moving = len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
     return (
-        settings.particle_count * fluid_steps(settings, scenario.fluid.gravity, step) * speed
-        + moving * BODY_SECONDS / len(scenario.window)
+        settings.particle_count * fluid_steps(settings, scenario.fluid.gravity, step) * speed + moving * BODY_SECONDS
     ) / step
 
 

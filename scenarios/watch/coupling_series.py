@@ -29,8 +29,7 @@ from numpy.typing import NDArray
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.exchange_ledger import ExchangeLedger
 from coupling.participants.fluid import FluidParticipant
-from oilsim import AdvanceReport
-from oilsim.fluid.views import JointReadings
+from oilsim import AdvanceReport, Fluid
 
 Array = NDArray[np.float64]
 WallSeconds = Callable[[], Mapping[str, float]]
@@ -44,7 +43,7 @@ class CouplingAccount:
 
     def __init__(
         self,
-        fluid: JointReadings,
+        fluid: Fluid,
         participant: FluidParticipant,
         world: RigidBodyWorld | None,
         coupled: Sequence[str],

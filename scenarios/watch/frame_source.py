@@ -34,7 +34,7 @@ from scenarios.setup.simulators import Simulators
 from scenarios.watch.run_accounts import RunAccounts
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.slick_oil import phase_of
-from scenarios.watch.water_surface import sea_with_windows, tank_surface
+from scenarios.watch.water_surface import sea_with_window, tank_surface
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class FrameReader:
         self._pulls = _pulls(simulators.fleet)
         self._accounts = accounts
         self._fmus = fmus
-        self._windows = tuple(describe_windows(simulators))
+        self._windows = describe_windows(simulators)
         self._sea_surface = SeaSurface()
         scenario = simulators.scenario
         by_formulas = () if simulators.world is None else simulators.world.loaded_names
@@ -103,10 +103,10 @@ class FrameReader:
         parcels = [slick.slick.parcels for slick in simulators.slicks]
         oil = [one.position[one.there()] for one in parcels]
         around = np.concatenate([places, *oil])
-        windows = [window for window in simulators.windows if window.settings.dimension == SPATIAL]
-        if not windows:
+        window = simulators.window
+        if window is None or window.settings.dimension < SPATIAL:
             return self._sea_surface.frame(sea, time, around)
-        return sea_with_windows(sea, time, around, windows)
+        return sea_with_window(sea, time, around, window)
 
     def _tank_surface(self, tank: Tank, time: float) -> SurfaceFrame | None:
         """Return the surface of the particles of all liquids but oil; None without any, in a slice, and where gravity is not downwards."""
@@ -123,11 +123,11 @@ class FrameReader:
         return next(films, None)
 
     def _middles(self, time: float) -> dict[str, float]:
-        """Return the place [m] of each window's middle at `time` [s], by the names of its series."""
-        series = dict[str, float]()
-        for described, window in zip(self._windows, self._simulators.windows, strict=True):
-            series |= dict(zip(described.middle_series, window.middle(time).tolist(), strict=True))
-        return series
+        """Return the place [m] of the window's middle at `time` [s], by the names of its series; empty without one."""
+        window = self._simulators.window
+        if window is None:
+            return {}
+        return dict(zip(self._windows[0].middle_series, window.middle(time).tolist(), strict=True))
 
     def _moorings(self) -> dict[str, float]:
         """Return the tension [N] of each tie, reel and mooring leg, how far [m] its anchor has dragged, and where [m] it is."""
@@ -193,7 +193,7 @@ class FrameReader:
     def _particles(self, phase: str, time: float) -> PhaseFrame:
         simulators = self._simulators
         fate = self._accounts.scoring.fates(phase)
-        return PhaseFrame(simulators.positions(phase, time), simulators.readings.phase_ids(phase), fate=fate)
+        return PhaseFrame(simulators.positions(phase, time), simulators.fluid.phase_ids(phase), fate=fate)
 
     def _bodies(self) -> Mapping[str, BodyFrame]:
         simulators = self._simulators

@@ -9,9 +9,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from coupling.master.co_simulation import CommunicationPoint
-from oilsim import AdvanceReport
+from oilsim import AdvanceReport, Fluid
 from oilsim.accounts.ledger import Ledger, ledger_from
-from oilsim.fluid.views import JointReadings
 from scenarios.watch.boom_scoring import Scoring
 from scenarios.watch.coupling_series import CouplingAccount
 
@@ -28,7 +27,7 @@ class RunFigures:
     budget           energy and momentum of the liquid, cause by cause; None unless the run keeps it
     """
 
-    def __init__(self, fluid: JointReadings, report: Callable[[], AdvanceReport | None]) -> None:
+    def __init__(self, fluid: Fluid, report: Callable[[], AdvanceReport | None]) -> None:
         """`report` gives the fluid's report on its last advance; None before the first."""
         self._fluid, self._report = fluid, report
         self._last: tuple[float, float] | None = None  # simulated and wall time [s]
@@ -78,7 +77,7 @@ class RunFigures:
             figures["metrics/residual_density"] = report.density_error
             figures["metrics/residual_divergence"] = report.divergence_error
             figures |= {f"metrics/iterations_{kind}": count for kind, count in report.iterations.items()}
-            if self._fluid.may_sleep:
+            if self._fluid.config.sleep_speed > 0.0:
                 figures["metrics/particles_asleep"] = float(report.asleep)
         return figures
 

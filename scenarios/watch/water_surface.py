@@ -44,18 +44,13 @@ def tank_surface(places: Array, spacing: float, lower: Sequence[float], upper: S
     )
 
 
-def sea_with_windows(sea: Sea, time: float, places: Array, windows: Sequence[Window]) -> SurfaceFrame:
-    """Return the surface of a sea at `time` [s] around places (N, 2) [m], with those of the windows' particles in it."""
-    corners = [_corners(window, time) for window in windows]
-    box = box_around(places)
-    x, y = (
-        lines_with_windows(box[axis], box[axis + 2], [(low[axis], high[axis]) for low, high in corners])
-        for axis in (0, 1)
-    )
+def sea_with_window(sea: Sea, time: float, places: Array, window: Window) -> SurfaceFrame:
+    """Return the surface of a sea at `time` [s] around places (N, 2) [m], with that of the window's particles in it."""
+    (low, high), box = _corners(window, time), box_around(places)
+    x, y = (lines_with_window(box[axis], box[axis + 2], low[axis], high[axis]) for axis in (0, 1))
     height = sea.grid_elevation(x, y, time)
     crossings = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    for window, (low, high) in zip(windows, corners, strict=True):
-        height += _raised(sea, time, window, low, high)(crossings)
+    height += _raised(sea, time, window, low, high)(crossings)
     return SurfaceFrame(x=x, y=y, height=height.astype(np.float32), box=box)
 
 
@@ -117,19 +112,18 @@ def water_height(places: Array, x: Array, y: Array, spacing: float) -> Array:
     return np.where((part >= HALF_FULL).any(axis=-1), height, np.nan)
 
 
-def lines_with_windows(low: float, high: float, windows: Sequence[tuple[float, float]]) -> Array:
-    """Return grid lines (N,) [m]: those of the box from `low` to `high` [m], with `WINDOW_CELLS` cells more across each window.
+def lines_with_window(low: float, high: float, first: float, last: float) -> Array:
+    """Return grid lines (N,) [m]: those of the box from `low` to `high` [m], with `WINDOW_CELLS` cells more from `first` to `last`.
 
     Their number does not depend on places. A window that reaches beyond the box makes it larger.
     """
-    low, high = min(low, *(one for one, _ in windows)), max(high, *(one for _, one in windows))
-    ends = np.unique([low, high, *np.ravel(windows)])
+    low, high = min(low, first), max(high, last)
+    ends = np.unique([low, high, first, last])
     middle = 0.5 * (ends[1:] + ends[:-1])
     density = np.full(len(middle), (INNER_LINES - 1) / (high - low))  # [1/m] of cells
-    for first, last in windows:
-        density += np.where((middle > first) & (middle < last), WINDOW_CELLS / (last - first), 0.0)
+    density += np.where((middle > first) & (middle < last), WINDOW_CELLS / (last - first), 0.0)
     before = np.concatenate([[0.0], np.cumsum(density * np.diff(ends))])
-    inner = np.interp(np.linspace(0.0, before[-1], INNER_LINES + WINDOW_CELLS * len(windows)), before, ends)
+    inner = np.interp(np.linspace(0.0, before[-1], INNER_LINES + WINDOW_CELLS), before, ends)
     outer = grid_lines(low, high)
     return np.concatenate([outer[:OUTER_LINES], inner, outer[-OUTER_LINES:]])
 

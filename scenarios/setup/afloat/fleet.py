@@ -88,7 +88,7 @@ class Waters:
     current        speed [m/s] and direction [rad] of a steady current at the surface; 0 without one
     orbital_speed  [m/s] at which the water of waves swings at the surface
     is_windy       whether a wind blows; in_tank: whether particles of a tank bear what floats
-    spacing        [m] of the coarsest particles that bodies may meet; None without any
+    spacing        [m] of the particles that bodies may meet; None without any
     """
 
     level: float

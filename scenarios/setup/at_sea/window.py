@@ -1,4 +1,4 @@
-"""The windows of a run: particles around targets, inside the sea by formulas (`oilsim.window`), and what they meet at the start."""
+"""The window of a run: particles around a target, inside the sea by formulas (`oilsim.window`), and what they meet at the start."""
 
 from __future__ import annotations
 
@@ -17,25 +17,22 @@ from coupling.bullet.rigid_body_participant import Requested
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.participants.slick import SlickParticipant
 from coupling.participants.window import FADE, SharedEnvironment, Target, WindowBody, WindowParticipant
-from coupling.participants.windows import WindowsParticipant, overlap
 from coupling.solids.hydrostatics import hydrostatics
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import LARGEST, SurfaceSampling
 from oilsim import BoundaryParticles, Phase
 from oilsim.sea import Sea
-from oilsim.window.oil_exchange import JointExchange, OilExchange
+from oilsim.window.oil_exchange import OilExchange
 from oilsim.window.rim import share_kept
 from oilsim.window.settings import WindowSettings
 from oilsim.window.surface_motion import WindowFlow
 from oilsim.window.window import Window
 from scenarios.schema.exercise import BoomSettings, body_of
-from scenarios.schema.liquid import FluidSettings
 from scenarios.schema.parsing.quantity_fields import Point2
-from scenarios.schema.window import WindowTable, window_place
 from scenarios.setup.afloat.fleet import Fleet
 from scenarios.setup.solids.placed_solids import Solid, sampled
 from scenarios.spec.resolve import LiquidSpec
-from scenarios.spec.window_choice import COARSE, fluid_steps
+from scenarios.spec.window_choice import COARSE
 from scenarios.text.problems import Problem, ScenarioError
 
 Array = NDArray[np.float64]
@@ -43,51 +40,30 @@ Array = NDArray[np.float64]
 COLUMNS = 16
 
 
-def build_windows(
-    tables: Mapping[str, WindowTable], liquid: LiquidSpec, threads: int | None, sea: Sea
-) -> dict[str, Window]:
-    """Fill the windows of a run with water; other liquids come later."""
+def build_window(settings: WindowSettings, liquid: LiquidSpec, threads: int | None, sea: Sea) -> Window:
+    """Fill the window of a run with water; other liquids come later."""
     phases = sorted(liquid.phases.items(), key=lambda item: item[1].is_oil)
     liquids = tuple(
         Phase(name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, adhesion=phase.adhesion)
         for name, phase in phases
     )
-    windows = {}
-    for number, (name, table) in enumerate(tables.items()):
-        settings = table.settings(liquid.fluid)
-        windows[name] = Window(settings, sea, liquids, threads, number)
-    return windows
+    return Window(settings, sea, liquids, threads)
 
 
-def couple_windows(
-    windows: Mapping[str, Window],
-    targets: Mapping[str, Target],
-    wetted: Sequence[Solid],
-    world: RigidBodyWorld | None,
-    followed: Sequence[str],
+def couple_window(
+    window: Window, target: Target, wetted: Sequence[Solid], world: RigidBodyWorld | None, followed: Sequence[str]
 ) -> CoupledBodies:
-    """Couple windows with all bodies that may meet them; formulas load the bodies with what the windows leave.
+    """Couple the window with all bodies that may meet it; formulas load the bodies with what it leaves.
 
-    followed: names of the bodies whose poses the slick asks for. ScenarioError for windows that overlap, and for bodies that cannot be
-    sampled.
+    followed: names of the bodies whose poses the slick asks for. ScenarioError for bodies that cannot be sampled.
     """
     met = [] if world is None else wetted
-    parts = {
-        name: WindowParticipant(FLUID, one, _window_bodies(one, met), targets[name]) for name, one in windows.items()
-    }
-    poses = {} if world is None else {solid.name: world.pose(solid.name) for solid in met}
-    for name, one in windows.items():
-        one.follow(targets[name](poses), 0.0)
-    fault = overlap(windows)
-    if fault:
-        raise ScenarioError([Problem("window", f"cannot be: {fault}")])
-    single = len(parts) == 1
-    participant = next(iter(parts.values())) if single else WindowsParticipant(FLUID, parts)
+    participant = WindowParticipant(FLUID, window, _window_bodies(window, met), target)
+    window.follow(target({} if world is None else {solid.name: world.pose(solid.name) for solid in met}), 0.0)
     if world is not None and world.environment is not None:
         world.change_environment(SharedEnvironment(world.environment, world.loaded_names, participant.shares))
     requested = None if world is None else Requested(world.body_names, followed)
-    fluid = next(iter(windows.values())).fluid
-    return couple_participant(participant, fluid, tuple(solid.name for solid in met), world, requested=requested)
+    return couple_participant(participant, window.fluid, tuple(solid.name for solid in met), world, requested=requested)
 
 
 def _window_bodies(window: Window, met: Sequence[Solid]) -> dict[str, WindowBody]:
@@ -128,13 +104,10 @@ def _foot_below(window: Window, solid: Solid) -> dict[str, float]:
     return {"lift": weight * volume, "middle": float(moment / volume - solid.placed.position[2])}
 
 
-def exchange_oil(windows: Mapping[str, Window], slick: SlickParticipant, oils: Sequence[str]) -> None:
-    """Let a slick's oil, of phases by these names, become particles of the windows and back; the windows' water carries the parcels."""
-    exchanges = [OilExchange(one, oils) for one in windows.values()]
-    flow = slick.flow
-    for one in exchanges:
-        flow = WindowFlow(flow, one.surface)
-    slick.meet(exchanges[0] if len(exchanges) == 1 else JointExchange(exchanges), flow)
+def exchange_oil(window: Window, slick: SlickParticipant, oils: Sequence[str]) -> None:
+    """Let a slick's oil, of phases by these names, become particles of the window and back; the window's water carries the parcels."""
+    exchange = OilExchange(window, oils)
+    slick.meet(exchange, WindowFlow(slick.flow, exchange.surface))
 
 
 def middle_of(segments: Sequence[str]) -> list[str]:
@@ -154,33 +127,33 @@ def target_of(target: str | Point2, fleet: Fleet) -> Target:
 
 
 def require_water(
-    tables: Mapping[str, WindowTable], fluid: FluidSettings, solids: Sequence[Solid], level: float
+    target: str | Point2, settings: WindowSettings, solids: Sequence[Solid], level: float
 ) -> tuple[str, ...]:
-    """Say which fixed bodies reach beyond a window, which cannot meet them; ScenarioError for windows that lie inside one whole.
+    """Say which fixed bodies reach beyond the window, which cannot meet them; ScenarioError for a window that lies inside one whole.
 
     level [m] of the still water.
     """
     fixed = [solid for solid in solids if solid.motion == "fixed" and solid.wetted]
-    problems, told = list[Problem](), list[str]()
-    for name, table in tables.items() if fixed else ():
-        place, settings = window_place(name, tables), table.settings(fluid)
-        for body, share, is_beyond in _overlaps(fixed, settings, _middle(table.target, solids), level):
-            if share == 1.0:
-                text = f"puts all of the window inside body {body!r}, where no water is, allowed: a place in the water"
-                problems.append(Problem(f"{place}.target", text))
-            elif is_beyond:
-                told.append(
-                    f"{place}: body {body!r} reaches beyond it, so its water flows through that body;"
-                    f" {place}.size must hold all of a fixed body, or the window must be clear of it"
-                )
-        told += (
-            f"{place}: body {body!r} reaches to the bottom of it or below; particles give 0.7 to 1.0 of a wave's force on its part in the"
-            " window, most in a deep one, and nothing gives that on the part below"
-            for body in _down_to_the_bottom(fixed, settings, _middle(table.target, solids), level)
-        )
+    if not fixed:
+        return ()
+    problems, told, middle = list[Problem](), list[str](), _middle(target, solids)
+    for body, share, is_beyond in _overlaps(fixed, settings, middle, level):
+        if share == 1.0:
+            text = f"puts all of the window inside body {body!r}, where no water is, allowed: a place in the water"
+            problems.append(Problem("window.target", text))
+        elif is_beyond:
+            told.append(
+                f"window: body {body!r} reaches beyond it, so its water flows through that body;"
+                " window.size must hold all of a fixed body, or the window must be clear of it"
+            )
     if problems:
         raise ScenarioError(problems)
-    return tuple(told)
+    below = (
+        f"window: body {body!r} reaches to the bottom of it or below; particles give 0.7 to 1.0 of a wave's force on its part in the"
+        " window, most in a deep one, and nothing gives that on the part below"
+        for body in _down_to_the_bottom(fixed, settings, middle, level)
+    )
+    return (*told, *below)
 
 
 def _down_to_the_bottom(fixed: Sequence[Solid], settings: WindowSettings, middle: Array, level: float) -> Iterator[str]:
@@ -219,84 +192,73 @@ def _overlaps(
             yield solid.name, share, bool((low < middle - 0.5 * size).any() or (high > middle + 0.5 * size).any())
 
 
-def segments_borne(
-    windows: Mapping[str, Window], booms: Mapping[str, BoomLayout], tables: Mapping[str, WindowTable]
-) -> Iterator[str]:
-    """Say of each boom in a window how many of its segments particles bear at the start."""
-    for place, boom, shares in _boom_shares(windows, booms, tables):
+def segments_borne(window: Window, booms: Mapping[str, BoomLayout]) -> Iterator[str]:
+    """Say of each boom in the window how many of its segments particles bear at the start."""
+    for boom, shares in _boom_shares(window, booms):
         if shares.any():
             borne = f"{np.count_nonzero(shares)} of the {len(shares)} segments of boom {boom!r}"
-            yield f"{place}: particles bear {borne} at the start; formulas bear those that are in no window"
+            yield f"window: particles bear {borne} at the start; formulas bear those that are in no window"
 
 
-def booms_in_rims(
-    windows: Mapping[str, Window], booms: Mapping[str, BoomLayout], tables: Mapping[str, WindowTable]
-) -> Iterator[str]:
-    """Say of each boom in a window if none of its segments is in the middle, where particles would bear it."""
-    for place, boom, shares in _boom_shares(windows, booms, tables):
+def booms_in_rim(window: Window, booms: Mapping[str, BoomLayout]) -> Iterator[str]:
+    """Say of each boom in the window if none of its segments is in the middle, where particles would bear it."""
+    for boom, shares in _boom_shares(window, booms):
         if not shares.any():
             yield (
-                f"{place}: boom {boom!r} lies in its rim at the start, and no segment in its middle, so formulas alone load the boom; a"
-                f" larger window has it in the middle, or {place}.target = {boom!r}"
+                f"window: boom {boom!r} lies in its rim at the start, and no segment in its middle, so formulas alone load the boom; a"
+                f" larger window has it in the middle, or window.target = {boom!r}"
             )
 
 
-def _boom_shares(
-    windows: Mapping[str, Window], booms: Mapping[str, BoomLayout], tables: Mapping[str, WindowTable]
-) -> Iterator[tuple[str, str, NDArray[np.float64]]]:
-    """Yield each window's place in the file, each boom in it, and the shares (n,) of the particles in the loads of its segments."""
-    for name, window in windows.items():
-        rim, fade = window.rim, FADE * window.settings.spacing
-        for boom, layout in booms.items():
-            places = np.array([segment.position for segment in layout.segments])
-            within = (np.abs(places[:, :2] - rim.center) < 0.5 * np.array(rim.size)).all(1)
-            shares = np.where(within, np.clip((rim.inward(places) - rim.width) / fade, 0.0, 1.0), 0.0)
-            if within.any():
-                yield window_place(name, tables), boom, shares
+def _boom_shares(window: Window, booms: Mapping[str, BoomLayout]) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    """Yield each boom in the window, and the shares (n,) of the particles in the loads of its segments."""
+    rim, fade = window.rim, FADE * window.settings.spacing
+    for boom, layout in booms.items():
+        places = np.array([segment.position for segment in layout.segments])
+        within = (np.abs(places[:, :2] - rim.center) < 0.5 * np.array(rim.size)).all(1)
+        shares = np.where(within, np.clip((rim.inward(places) - rim.width) / fade, 0.0, 1.0), 0.0)
+        if within.any():
+            yield boom, shares
 
 
-def window_facts(tables: Mapping[str, WindowTable], fluid: FluidSettings, step: float) -> Iterator[str]:
-    """Say what comes of each window's resolution; step [s] of the communication."""
-    for name, window in tables.items():
-        settings = window.settings(fluid)
-        size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(settings, fluid.gravity, step)
-        yield (
-            f"{window_place(name, tables)}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
-            f" {settings.particle_count:,} particles of {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step; oil"
-            f" thinner than {spacing:.3g} m stays parcels"
-        )
+def window_fact(settings: WindowSettings, steps: int) -> str:
+    """Say what comes of the window's resolution, with `steps` of its particles in one of the communication."""
+    size, spacing = settings.whole_size, settings.spacing
+    return (
+        f"window: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
+        f" {settings.particle_count:,} particles of {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step; oil"
+        f" thinner than {spacing:.3g} m stays parcels"
+    )
 
 
 def window_remarks(
-    tables: Mapping[str, WindowTable],
-    fluid: FluidSettings,
+    target: str | Point2,
+    settings: WindowSettings,
     sea: Sea,
     booms: Mapping[str, BoomSettings],
     others: Sequence[Point2],
 ) -> Iterator[str]:
-    """Say what is wrong with the size, the place and the particles of each window though it can be run.
+    """Say what is wrong with the size, the place and the particles of the window though it can be run.
 
     others: places (x, y) [m] of vessels and bodies at the start.
     """
-    for name, window in tables.items():
-        place, settings = window_place(name, tables), window.settings(fluid)
-        for boom, its in booms.items():
-            if its.skirt_depth < COARSE * settings.spacing:
-                yield (
-                    f"{place}: the skirt of boom {boom!r} is {its.skirt_depth / settings.spacing:.1f} particles deep, which hardly"
-                    f" shows it; {its.skirt_depth / COARSE:.2g} m or less would be better"
-                )
-        reach = 0.5 * max(settings.whole_size) + max((its.length for its in booms.values()), default=0.0)
-        if not isinstance(window.target, str) and others and all(math.dist(window.target, at) > reach for at in others):
-            x, y = window.target
+    for boom, its in booms.items():
+        if its.skirt_depth < COARSE * settings.spacing:
             yield (
-                f"{place}: no body comes near {x:g}, {y:g} at the start, so its water rests; {place}.target can be a boom, a vessel"
-                " or a body"
+                f"window: the skirt of boom {boom!r} is {its.skirt_depth / settings.spacing:.1f} particles deep, which hardly"
+                f" shows it; {its.skirt_depth / COARSE:.2g} m or less would be better"
             )
-        yield from _short_rim(settings, sea, place)
+    reach = 0.5 * max(settings.whole_size) + max((its.length for its in booms.values()), default=0.0)
+    if not isinstance(target, str) and others and all(math.dist(target, at) > reach for at in others):
+        x, y = target
+        yield (
+            f"window: no body comes near {x:g}, {y:g} at the start, so its water rests; window.target can be a boom, a vessel"
+            " or a body"
+        )
+    yield from _short_rim(settings, sea)
 
 
-def _short_rim(settings: WindowSettings, sea: Sea, place: str) -> Iterator[str]:
+def _short_rim(settings: WindowSettings, sea: Sea) -> Iterator[str]:
     """Say so if waves as long as those of the sea, which bodies send out, are too long for the rim."""
     waves = sea.components
     if not waves.amplitude.size:
@@ -305,6 +267,6 @@ def _short_rim(settings: WindowSettings, sea: Sea, place: str) -> Iterator[str]:
     if length > min(settings.whole_size):
         kept = share_kept(settings.width, length)
         yield (
-            f"{place}: it is smaller than the sea's waves of {length:.3g} m, which pass all the same; but of waves that long that bodies"
-            f" send out {100.0 * kept:.0f} % come back; {place}.rim = {0.5 * length:.3g} in a window of {2.0 * length:.3g} m keeps 1 %"
+            f"window: it is smaller than the sea's waves of {length:.3g} m, which pass all the same; but of waves that long that bodies"
+            f" send out {100.0 * kept:.0f} % come back; window.rim = {0.5 * length:.3g} in a window of {2.0 * length:.3g} m keeps 1 %"
         )

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from coupling.participants.window import FADE, SharedEnvironment, WindowBody, WindowParticipant
-from coupling.participants.windows import JointShares
 from coupling.solids.bodies import box
 from coupling.solids.surface_sampling import boundary_particles
 from oilsim import Phase
@@ -33,25 +32,22 @@ turn = st.tuples(*[st.floats(-3.2, 3.2)] * 3)
 small = st.tuples(*[st.floats(-0.05, 0.05)] * 3)
 
 
-def participant(waves: bool, middle: tuple[float, float] = (0.0, 0.0), number: int = 0) -> WindowParticipant:
+def participant(waves: bool) -> WindowParticipant:
     current = CurrentProfile(flow=SteadyFlow(speed=0.4, direction=2.0))
     sea = SeaDescription(
         depth=20.0, current=current, waves=RegularWaves(height=HEIGHT, period=PERIOD, direction=0.7) if waves else None
     )
-    window = Window(
-        WindowSettings(size=SIZE, depth=0.8, spacing=SPACING, rim=RIM), Sea(sea), WATER, threads=1, number=number
-    )
-    window.follow(np.array(middle), TIME)
+    window = Window(WindowSettings(size=SIZE, depth=0.8, spacing=SPACING, rim=RIM), Sea(sea), WATER, threads=1)
+    window.follow(np.zeros(2), TIME)
     body = WindowBody(mesh=BAR, sample=partial(boundary_particles, NAME, BAR))
-    return WindowParticipant("fluid", window, {NAME: body}, lambda poses: np.array(middle))
+    return WindowParticipant("fluid", window, {NAME: body}, lambda poses: np.zeros(2))
 
 
 @pytest.fixture(scope="module")
 def participants() -> Iterator[dict[str, WindowParticipant]]:
-    """Two windows side by side on a calm sea, and one in waves."""
+    """A window on a calm sea, and one in waves."""
     made = {
         "calm": participant(False),
-        "beside": participant(False, (SIZE[0], 0.0), 1),
         "waves": participant(True),
     }
     yield made
@@ -70,27 +66,25 @@ def share(one: WindowParticipant, pose: np.ndarray) -> float:
 @given(place, turn)
 @example(
     (0.5 * SIZE[0], 0.0, 0.0), (0.0, 0.0, 0.0)
-)  # across the sides at which both windows end, with an end in the middle of each
+)  # across the side at which the window ends, with an end in its middle
 @settings(max_examples=150, deadline=None)
-def test_shares_of_windows_and_formulas_sum_to_one(
+def test_shares_of_window_and_formulas_sum_to_one(
     participants: dict[str, WindowParticipant], where: tuple[float, ...], turned: tuple[float, ...]
 ) -> None:
-    """Each share lies between 0 and 1, windows that touch have no more than 1 together, and formulas have what they leave."""
-    pose, pair = pose_of(where, turned), [participants["calm"], participants["beside"]]
-    found = [share(one, pose) for one in pair]
-    assert min(found) >= 0.0
-    assert sum(found) <= 1.0
-    for one, own in zip(pair, found, strict=True):
-        one.shares.announce(np.array([own]), TIME)
+    """A share lies between 0 and 1, and formulas have what the window leaves."""
+    pose, one = pose_of(where, turned), participants["calm"]
+    found = share(one, pose)
+    assert 0.0 <= found <= 1.0
+    one.shares.announce(np.array([found]), TIME)
     load = BodyLoads(np.full((1, 6), 7.0), np.full((1, 6, 6), 3.0), np.full((1, 6, 6), 2.0), np.full(1, 0.2))
 
     class Even:
         def loads(self, time: float, pose: np.ndarray, twist: np.ndarray) -> BodyLoads:
             return load
 
-    left = SharedEnvironment(Even(), (NAME,), JointShares(pair)).loads(TIME, pose[None], np.zeros((1, 6)))
+    left = SharedEnvironment(Even(), (NAME,), one.shares).loads(TIME, pose[None], np.zeros((1, 6)))
     for formulas, whole in zip(left, load, strict=True):
-        np.testing.assert_allclose(formulas + sum(found) * whole, whole, rtol=1e-12)
+        np.testing.assert_allclose(formulas + found * whole, whole, rtol=1e-12)
 
 
 @given(place, turn, small, small)

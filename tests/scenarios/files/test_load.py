@@ -559,7 +559,7 @@ def test_a_word_that_was_a_value_says_what_to_write_now(key: str, word: str) -> 
 
 def test_a_change_of_a_fidelity_or_level_holds_where_this_is_chosen() -> None:
     fine = load_scenario("sweep-200m", overrides=["fidelity=fine", "fidelities.fine.window.spacing=0.3"]).scenario
-    assert fine.window["window"].spacing == 0.3
+    assert fine.window is not None and fine.window.spacing == 0.3
     hard = load_scenario(
         "sweep-200m", overrides=["levels.hard.sea.waves.significant_height=0.6", "level=hard"]
     ).scenario
@@ -589,12 +589,12 @@ def test_an_exercise_offers_fidelities_and_refuses_others() -> None:
     assert problems_of("[fidelities.best]\nrun.seed = 2")["fidelities.best"].startswith("is no fidelity, allowed")
 
 
-def test_windows_take_the_place_of_a_tank() -> None:
-    """Its water is the sea around them, as deep as the tank's was; without particles it has no walls, and a floor."""
+def test_a_window_takes_the_place_of_a_tank() -> None:
+    """Its water is the sea around it, as deep as the tank's was; without particles it has no walls, and a floor."""
     window = "window={target='main', size=[3.0, 3.0], depth=0.5, spacing=0.1}"
-    for changes, windows in (([window], 1), (["fidelity=none"], 0)):
+    for changes, there in (([window], True), (["fidelity=none"], False)):
         spec = resolve(load_scenario("u-sweep", overrides=changes).scenario)
-        assert (spec.tanks, len(spec.window)) == ((), windows)
+        assert (spec.tanks, spec.window is not None) == ((), there)
         assert (spec.sea.level, spec.sea.depth) == pytest.approx((0.6, 0.6))
         assert spec.domain.closed_sides == ("-z",) and spec.period == (0.0, 0.0)
         assert (list(spec.spills), spec.left_out) == (["slick"], ("fill.water",))

@@ -13,7 +13,6 @@ from typing import Any, Union, get_args, get_origin
 from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.quantity_fields import Section, field_kinds
 from scenarios.schema.parsing.structuring import spellings
-from scenarios.schema.window import tables_by_name
 from scenarios.spec.load import library_paths
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import ScenarioError
@@ -77,9 +76,7 @@ def _given(kind: Any, value: Any) -> Iterator[Key]:
             name = next((one for one in spellings(key) if one in field_kinds(kind)), None)
             if name is not None:
                 yield _key(kind, name)
-                yield from _given(
-                    field_kinds(kind)[name], tables_by_name(entry) if (kind, name) == (Scenario, "window") else entry
-                )
+                yield from _given(field_kinds(kind)[name], entry)
 
 
 def _merged(data: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,7 +10,6 @@ import pytest
 
 from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import structure
-from scenarios.schema.window import tables_by_name
 from scenarios.spec.load import library_paths, load_scenario
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import ScenarioError
@@ -42,7 +41,7 @@ def test_the_tables_of_a_page_are_right(page: Path) -> None:
         data = tomllib.loads(block.text)
         for table in data.keys() & kinds.keys():
             try:
-                structure(tables_by_name(data[table]) if table == "window" else data[table], kinds[table])
+                structure(data[table], kinds[table])
             except ScenarioError as error:
                 assert all(problem.text.startswith("is missing") for problem in error.problems), str(error)
 

@@ -67,12 +67,14 @@ buoyancy_to_weight = 5.0
 
 def with_coarse_particles(scenario: Scenario) -> Scenario:
     """Return the scenario with particles of 0.5 m in a window that is deep enough for them."""
-    window = {"window": replace(scenario.window["window"], depth=4.0)}
+    assert scenario.window is not None
+    window = replace(scenario.window, depth=4.0)
     return replace(scenario, fluid=replace(scenario.fluid, particle_spacing=0.5), window=window)
 
 
 def with_target(scenario: Scenario, target: tuple[float, float]) -> Scenario:
-    return replace(scenario, window={"window": replace(scenario.window["window"], target=target)})
+    assert scenario.window is not None
+    return replace(scenario, window=replace(scenario.window, target=target))
 
 
 # what is wrong: key and value of the file, the same by Python, and the parts of the one message
@@ -167,3 +169,20 @@ def test_a_fixed_body_alone_is_met(path: Path) -> None:
     simulation.terminate()
     assert len(assembly.fluid.moving_boundaries) == 1
     assert before - assembly.fluid.particle_count == pytest.approx(1.0 * 1.0 * 0.8 / 0.2**3, rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("override", "place", "text"),
+    [
+        ('window.target="buoy"', "window.target", "allowed: main, rock"),
+        ("window.spacing=0.3", "window", "4 spacings"),
+        ("window.near.size=[3.6, 3.6]", "window.near", "is unknown"),
+        ("fluid.gravity=[1.0, 0.0, -9.8]", "fluid.gravity", "straight down"),
+        ("run.budget=true", "run.budget", "keeps no account of causes"),
+    ],
+)
+def test_what_a_window_cannot_have_is_refused(path: Path, override: str, place: str, text: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(path, overrides=[override])
+    assert place in [problem.path for problem in caught.value.problems]
+    assert text in str(caught.value)

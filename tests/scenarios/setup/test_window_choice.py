@@ -23,10 +23,10 @@ def sweep(*settings: str) -> Scenario:
 
 def test_metres_and_fine_are_spacings_and_a_size_by_the_skirt() -> None:
     given = numbered(sweep("window.spacing=0.2"))
-    (window,) = given.window.values()
+    window = given.window
     assert (window.settings(given.fluid).spacing, window.size) == (0.2, (16.0, 16.0))
     fine = numbered(sweep('window={target="main", spacing="fine"}'))
-    (window,) = fine.window.values()
+    window = fine.window
     assert window.size == pytest.approx((21.0 * SKIRT, 21.0 * SKIRT))
     assert window.settings(fine.fluid).spacing == fine.fluid.particle_spacing == pytest.approx(SKIRT / FINE)
     assert numbered(fine) is fine
@@ -34,7 +34,7 @@ def test_metres_and_fine_are_spacings_and_a_size_by_the_skirt() -> None:
 
 def test_live_is_as_fine_as_the_machine_is_fast() -> None:
     scenario = sweep()
-    (window,) = scenario.window.values()
+    window = scenario.window
     found = [live_spacing(scenario, window, SKIRT, speed) for speed in (1e-9, 3e-7, 1e-3)]
     assert found[0] == pytest.approx(SKIRT / FINE)
     assert found[0] < found[1] < found[2]
@@ -48,7 +48,7 @@ def test_live_is_as_fine_as_the_machine_is_fast() -> None:
 @pytest.mark.parametrize(("fidelity", "least"), [("live", COARSE), ("fine", FINE)])
 def test_exercises_offer_a_window_at_the_apex(name: str, fidelity: str, least: float) -> None:
     scenario = numbered(load_scenario(name, overrides=[f"fidelity={fidelity}"]).scenario)
-    (window,) = scenario.window.values()
+    window = scenario.window
     draft = scenario.booms[str(window.target)].skirt_depth
     assert draft / window.spacing_in(scenario.fluid) > 0.99 * least
 
@@ -87,6 +87,6 @@ def test_water_too_shallow_for_the_particles_is_refused_before_a_run(spacing: st
 
 def test_a_window_ends_at_the_bottom_of_its_sea() -> None:
     deep = sweep("sea.depth=1.5", "window.size=[8.0, 8.0]")
-    (window,) = numbered(deep).window.values()
+    window = numbered(deep).window
     assert window.depth == 1.5
     assert "8 by 8 m, 1.5 m deep, 6,144 particles" in "\n".join(estimate(deep).told)

@@ -10,7 +10,7 @@ from oilsim.sea import RegularWaves, Sea, SeaDescription
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window
 from scenarios.watch.sea_surface import INNER_LINES, OUTER_LINES
-from scenarios.watch.water_surface import WINDOW_CELLS, lines_with_windows, sea_with_windows, tank_surface, water_height
+from scenarios.watch.water_surface import WINDOW_CELLS, lines_with_window, sea_with_window, tank_surface, water_height
 
 SPACING = 0.05
 
@@ -51,18 +51,14 @@ def test_a_dry_floor_is_shown_and_drops_are_left_out():
     assert height[x < 0.2] == pytest.approx(0.5, abs=0.02 * SPACING)
 
 
-@pytest.mark.parametrize(
-    "windows",
-    [[(-8.0, 8.0)], [(90.0, 106.0)], [(-70.0, 110.0)], [(-8.0, 8.0), (0.0, 16.0)], [(-8.0, 8.0), (60.0, 70.0)]],
-)
-def test_the_grid_is_fine_across_windows_and_has_as_many_lines_wherever_they_are(windows: list[tuple[float, float]]):
-    lines = lines_with_windows(-60.0, 100.0, windows)
-    assert len(lines) == INNER_LINES + 2 * OUTER_LINES + WINDOW_CELLS * len(windows)
+@pytest.mark.parametrize(("first", "last"), [(-8.0, 8.0), (90.0, 106.0), (-70.0, 110.0)])
+def test_the_grid_is_fine_across_a_window_and_has_as_many_lines_wherever_it_is(first: float, last: float):
+    lines = lines_with_window(-60.0, 100.0, first, last)
+    assert len(lines) == INNER_LINES + 2 * OUTER_LINES + WINDOW_CELLS
     steps = np.diff(lines)
     assert (steps > 0.0).all()
-    for low, high in windows:
-        inside = (lines[1:] > low) & (lines[:-1] < high)
-        assert steps[inside][1:-1].max() <= (high - low) / WINDOW_CELLS + 1e-9
+    inside = (lines[1:] > first) & (lines[:-1] < last)
+    assert steps[inside][1:-1].max() <= (last - first) / WINDOW_CELLS + 1e-9
 
 
 def test_a_window_shows_its_own_water_in_the_sea():
@@ -74,7 +70,7 @@ def test_a_window_shows_its_own_water_in_the_sea():
     around = np.array([[-20.0, -20.0], [20.0, 20.0]])
 
     def difference() -> np.ndarray:
-        surface = sea_with_windows(sea, 1.0, around, [window])
+        surface = sea_with_window(sea, 1.0, around, window)
         return surface.height - sea.grid_elevation(surface.x, surface.y, 1.0)
 
     assert np.abs(difference()).max() < 0.15 * 0.25  # of a spacing

@@ -36,11 +36,9 @@ def scenes(spacing: float, threads: int | None) -> dict[str, Scenario]:
     """The scene by the way in which it is computed."""
     whole = boom_scene(spacing, threads, 0.0)
     apex = in_window(whole)
-    larger = {
-        name: replace(one, size=(LARGER * WINDOW, LARGER * WINDOW), rim=0.25 * WINDOW)
-        for name, one in apex.window.items()
-    }
-    around = {name: replace(one, target=(AROUND, 0.5 * WIDTH), depth=DEPTH) for name, one in larger.items()}
+    assert apex.window is not None
+    larger = replace(apex.window, size=(LARGER * WINDOW, LARGER * WINDOW), rim=0.25 * WINDOW)
+    around = replace(larger, target=(AROUND, 0.5 * WIDTH), depth=DEPTH)
     windows = (apex, in_window(whole, 1.0), replace(apex, window=larger), replace(apex, window=around))
     return {"everywhere": whole, "formulas": bare(whole)} | dict(zip(PLACES, windows, strict=True))
 

@@ -100,7 +100,7 @@ def in_window(scenario: Scenario, aside: float = 0.0) -> Scenario:
     """The same with a window of particles, `aside` [m] of the boom's apex."""
     window = WindowTable(target=(APEX + aside, 0.5 * WIDTH), size=(WINDOW, WINDOW), depth=WINDOW_DEPTH)
     fluid = replace(scenario.fluid, sleep_speed=ASLEEP, maximum_time_step=None)
-    return replace(scenario, window={"apex": window}, fluid=fluid)
+    return replace(scenario, window=window, fluid=fluid)
 
 
 def _run(assembly: Assembly, bench: Bench, read) -> list:  # type: ignore[no-untyped-def, type-arg]

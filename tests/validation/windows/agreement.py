@@ -137,7 +137,7 @@ def _towed(moored: Scenario) -> Scenario:
 
 def _windowed(whole: Scenario, window: WindowTable) -> Scenario:
     fluid = replace(whole.fluid, sleep_speed=ASLEEP, maximum_time_step=None)
-    return replace(whole, window={"apex": window}, fluid=fluid)
+    return replace(whole, window=window, fluid=fluid)
 
 
 def _table(condition: str, around: bool, larger: float = 1.0, aside: float = 0.0) -> WindowTable:

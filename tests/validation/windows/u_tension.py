@@ -46,7 +46,7 @@ def u_in_current(gap: float, draft: float, resolution: int) -> Scenario:
         sea=replace(scene.sea, current=replace(scene.sea.current, speed=SPEED)),
         fill={"water": replace(fill, top=depth, velocity=(-SPEED, 0.0, 0.0))},
         booms={"main": replace(boom, ends=(sides[0], sides[1]), segments=SEGMENTS, skirt_depth=draft, skirt_thickness=draft / resolution)},
-        window={"around": WindowTable(target=(ENDS - SAG[gap], 0.5 * WIDTH), size=(SIZE, SIZE), depth=depth, rim=RIM)},
+        window=WindowTable(target=(ENDS - SAG[gap], 0.5 * WIDTH), size=(SIZE, SIZE), depth=depth, rim=RIM),
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""One boom through two windows: its segments are in one, in the other, in a rim, or in neither, and each has one load."""
+"""A boom through a window: its segments are in its middle, in its rim, or outside, and each has one load."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from coupling.participants.window import WindowParticipant
-from coupling.participants.windows import WindowsParticipant
 from scenarios.running.assembly import Assembly, build
 from scenarios.spec.load import load_scenario
 from scenarios.spec.resolve import resolve
@@ -42,14 +41,8 @@ kind = "steady"
 speed = 0.3
 direction = 0.0
 
-[window.left]
+[window]
 target = [0.6, -1.35]
-size = [2.7, 2.7]
-depth = 0.75
-rim = 0.6
-
-[window.right]
-target = [0.6, 1.5]
 size = [2.7, 2.7]
 depth = 0.75
 rim = 0.6
@@ -72,31 +65,25 @@ def assembly(tmp_path: Path) -> Assembly:
     return build(load_scenario(tmp_path / "boom.toml").scenario)
 
 
-def test_a_boom_through_two_windows_has_one_load_and_repeats_its_steps(assembly: Assembly) -> None:
-    """Shares of both windows and the formulas sum to one, the loads of both make that of the boom, and a restart repeats all."""
-    simulation, world, windows = assembly.co_simulation(), assembly.world, assembly.fluid_participant
-    assert world is not None and isinstance(windows, WindowsParticipant)
+def test_a_boom_through_a_window_has_one_load_and_repeats_its_steps(assembly: Assembly) -> None:
+    """Shares of the window and the formulas sum to one, and a restart repeats all."""
+    simulation, world, fluid = assembly.co_simulation(), assembly.world, assembly.fluid_participant
+    assert world is not None and isinstance(fluid, WindowParticipant)
     simulation.initialize()
     for _ in range(2):
         simulation.step()
-    parts = list(windows._windows.values())
-    each, joint = np.array([one.shares.values for one in parts]), windows.shares.at(0.05)
-    assert (each.max(1) > 0.5).all(), "each window bears most of a segment"
-    assert ((joint > 0.01) & (joint < 0.99)).any(), "a segment lies in a rim"
-    assert (joint == 0.0).any(), "a segment lies in neither window"
-    assert joint.max() <= 1.0
+    shares = fluid.shares.at(0.05)
+    assert shares.max() > 0.5, "the window bears most of a segment"
+    assert ((shares > 0.01) & (shares < 0.99)).any(), "a segment lies in the rim"
+    assert (shares == 0.0).any(), "a segment lies outside"
+    assert shares.max() <= 1.0
     saved, ends = simulation.save_state(), []
     for _ in range(2):
         for _ in range(2):
             simulation.step()
-        ends.append([world.pose(name).tobytes() for name in windows.shares.names])
+        ends.append([world.pose(name).tobytes() for name in fluid.shares.names])
         simulation.restore_state(saved)
     assert ends[0] == ends[1]
-    simulation.step()
-    for name in windows.shares.names:
-        np.testing.assert_array_equal(
-            windows.get(f"{name}.wrench"), np.sum([one.get(f"{name}.wrench") for one in parts], axis=0)
-        )
     simulation.terminate()
     assert assembly.ledger.momentum_residual < 1e-9
 
@@ -125,24 +112,31 @@ def test_a_boom_in_a_window_has_a_skirt_that_particles_resolve_and_stands(tmp_pa
     assert leans[-1] < 12.0
 
 
-def test_the_coarsest_window_that_a_boom_may_meet_makes_its_skirt(tmp_path: Path) -> None:
+def test_the_particles_that_a_boom_may_meet_make_its_skirt(tmp_path: Path) -> None:
     (tmp_path / "boom.toml").write_text(SCENARIO.replace("skirt_thickness = 0.15\n", ""))
-    changes = ("window.left.spacing=0.1", "window.right.spacing=0.12")
-    assert resolve(load_scenario(tmp_path / "boom.toml", overrides=changes).scenario).coarsest_spacing == 0.12
-    assert resolve(load_scenario(tmp_path / "boom.toml", overrides=["fidelity=none"]).scenario).coarsest_spacing is None
-    assert resolve(load_scenario("u-sweep").scenario).coarsest_spacing == 0.07
+    for changes, spacing in ((["window.spacing=0.12"], 0.12), (["fidelity=none"], None)):
+        assert resolve(load_scenario(tmp_path / "boom.toml", overrides=changes).scenario).met_spacing == spacing
+    assert resolve(load_scenario("u-sweep").scenario).met_spacing == 0.07
 
 
-def test_a_run_says_how_many_segments_particles_bear_and_that_a_boom_lies_in_a_rim(tmp_path: Path) -> None:
-    """Moved by 2.5 m, the right window has the boom in its rim of 0.6 m alone."""
+@pytest.mark.parametrize(
+    ("place", "level", "begins"),
+    [
+        ([0.6, -1.35], "info", "window: particles bear 3 of the 14 segments of boom 'main' at the start"),
+        ([-0.75, 3.6], "warning", "window: boom 'main' lies in its rim at the start"),  # of 0.6 m
+    ],
+)
+def test_a_run_says_how_many_segments_particles_bear_or_that_a_boom_lies_in_the_rim(
+    tmp_path: Path, place: list[float], level: str, begins: str
+) -> None:
     (tmp_path / "boom.toml").write_text(SCENARIO)
-    scenario = load_scenario(tmp_path / "boom.toml", overrides=["window.right.target=[-0.75, 3.6]"]).scenario
-    told = {notice.text: notice.level for notice in build(scenario).remarks.look(None)}
-    bears = "window.left: particles bear 3 of the 14 segments of boom 'main' at the start"
-    assert [level for text, level in told.items() if text.startswith(bears)] == ["info"]
-    assert not any(text.startswith("window.right: particles bear") for text in told)
-    lies = "window.right: boom 'main' lies in its rim at the start"
-    assert [level for text, level in told.items() if text.startswith(lies)] == ["warning"]
+    scenario = load_scenario(tmp_path / "boom.toml", overrides=[f"window.target={place}"]).scenario
+    told = [
+        notice
+        for notice in build(scenario).remarks.look(None)
+        if "segments of boom" in notice.text or "rim" in notice.text
+    ]
+    assert [(notice.level, notice.text[: len(begins)]) for notice in told] == [(level, begins)]
 
 
 @pytest.mark.parametrize("segments", [13, 14])
@@ -151,7 +145,7 @@ def test_a_window_that_follows_a_boom_lies_on_its_axis(tmp_path: Path, segments:
     text = SCENARIO.replace("segments = 14", f"segments = {segments}").replace(
         "target = [0.6, -1.35]", 'target = "main"'
     )
-    (tmp_path / "boom.toml").write_text(text[: text.index("[window.right]")] + text[text.index("[booms.main]") :])
+    (tmp_path / "boom.toml").write_text(text)
     assembly = build(load_scenario(tmp_path / "boom.toml").scenario)
     participant = assembly.fluid_participant
     assert isinstance(participant, WindowParticipant)
