@@ -7,9 +7,9 @@ import tomllib
 from dataclasses import fields
 from pathlib import Path
 
+from docs.scenario_keys import CHAPTERS, reference
 from scenarios.running.assembly import build
 from scenarios.schema.parsing.quantity_fields import Section
-from scenarios.schema.reference import CHAPTERS, reference
 from scenarios.spec.load import scenario_from
 from scenarios.spec.scenario import Scenario
 
@@ -24,7 +24,7 @@ def example(language: str) -> str:
 
 def test_page_is_up_to_date() -> None:
     assert PAGE.read_text(encoding="utf-8") == reference() + "\n", (
-        "run python -m scenarios.schema.reference > docs/scenarios.md"
+        "run python docs/scenario_keys.py > docs/scenarios.md"
     )
 
 

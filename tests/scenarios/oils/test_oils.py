@@ -13,12 +13,11 @@ import pytest
 from scipy.stats import theilslopes
 
 from scenarios.cli import main
-from scenarios.oils import adios_import
-from scenarios.oils.adios_import import DENSITIES, TENSIONS, read_library
 from scenarios.oils.library import SHORT_NAMES, fault_of, library, oil_named, refusals, search
 from scenarios.oils.properties import Measurement, OilRecord, api_density, api_gravity, emulsion_factor
 from scenarios.schema.liquid import PhaseSettings
 from scenarios.text.problems import ScenarioError
+from tests.scenarios.oils.adios_import import DENSITIES, SHIPPED, TENSIONS, read_library
 
 
 def oil(*measurements: Measurement, api: float | None = None) -> OilRecord:
@@ -295,7 +294,7 @@ def test_the_command_lists_every_refusal_with_its_reason(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("COLUMNS", "1000")
-    with Path(adios_import.__file__).with_name("refused.csv").open(newline="", encoding="utf-8") as file:
+    with (SHIPPED / "refused.csv").open(newline="", encoding="utf-8") as file:
         expected = [" ".join(" ".join(row).split()) for row in list(csv.reader(file))[1:]]
     assert main(["oils", "--refused"]) == 0
     lines = [line.split("│")[1:-1] for line in capsys.readouterr().out.splitlines() if line.startswith("│")]

@@ -1,4 +1,4 @@
-"""The reference page of the scenario format, written from the dataclasses: ``python -m scenarios.schema.reference``."""
+"""The reference page of the scenario format, written from the dataclasses: ``python docs/scenario_keys.py``."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ has another `bearing`.
 `--set phases.oil.dynamic_viscosity=0.1`, `--set tank.upper.2=2.0`, `--set vessels.port.legs.1.speed_kn=0.5`.
 The `[demo]` table holds such changes for `--demo`.
 
-A key without a default must be given. `python -m scenarios.schema.reference` writes this page.
+A key without a default must be given. `python docs/scenario_keys.py` writes this page.
 
 ## A first scenario
 ```toml

@@ -1,4 +1,4 @@
-"""Clean NOAA's ADIOS oil library into the tables that are shipped: `python -m scenarios.oils.adios_import OilLib.txt`.
+"""Clean NOAA's ADIOS oil library into the tables that are shipped: `python -m tests.scenarios.oils.adios_import OilLib.txt`.
 
 `OilLib.txt` (export of 20 September 2017) lies in the `data` folder of the wheel `adios-db` 1.2.7, whose licence says: "This work is the
 product of the United States Government, which claims no copyright on the material", CC0 1.0. Its columns state SI units, but some rows hold
@@ -16,6 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from scenarios.oils import properties
 from scenarios.oils.properties import API_TEMPERATURE, ZERO_CELSIUS, Measurement, OilRecord, api_density, usual_slope
 
 TEMPERATURES = (250.0, 400.0)  # [K] laboratory temperatures that are taken; outside, the unit is doubtful
@@ -38,6 +39,7 @@ SIBLINGS_API, SIBLINGS_RATIO = (
     2.0,
     100.0,
 )  # API degrees within which records of one name are one oil; its viscosities at 15 C differ by less
+SHIPPED = Path(properties.__file__).parent
 HEADER_LINE = 2  # [-] line of the file that names the columns, counted from 1
 
 
@@ -240,5 +242,5 @@ def _text(value: float | str | None) -> str:
 
 if __name__ == "__main__":
     kept, left_out = read_library(Path(sys.argv[1]))
-    write_tables(kept, left_out, Path(__file__).parent)
+    write_tables(kept, left_out, SHIPPED)
     print(f"{len(kept)} oils, {len(left_out)} refusals")
