@@ -54,7 +54,7 @@ def draw_moment(history: History, frame: Frame, marked: Sequence[str], text: str
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from recordings.pictures.scenes import render_marked
+    from recordings.pictures.scenes import SceneView
     from recordings.pictures.style import STYLE
     from recordings.replay.moments import Moment
 
@@ -63,7 +63,8 @@ def draw_moment(history: History, frame: Frame, marked: Sequence[str], text: str
     meshes = {name: replace(mesh, color=MARK if name in marked else OTHER) for name, mesh in history.run.meshes.items()}
     positions = {name: phase.position for name, phase in frame.phases.items()}
     moment = Moment(time=frame.time, positions=positions, bodies=dict(frame.bodies))
-    image, outlines = render_marked(replace(history.run, meshes=meshes), moment, _width(history.run, frame), marked)
+    view = SceneView(replace(history.run, meshes=meshes), [moment], _width(history.run, frame))
+    image = view.draw(moment)
     words = fill(text, 104)
     rows = words.count("\n") + 1
     scene, foot, top = 9.0 * image.shape[0] / image.shape[1], 0.2 * rows + 0.25, 0.4
@@ -75,7 +76,8 @@ def draw_moment(history: History, frame: Frame, marked: Sequence[str], text: str
         axes.imshow(image, interpolation="antialiased", aspect="equal")
         axes.set_axis_off()
         axes.autoscale(False)
-        for name, corners in outlines.items():
+        for name in (one for one in marked if one in meshes and one in moment.bodies):
+            corners = view.outline(name, moment)
             axes.fill(
                 *corners.T, fill=False, edgecolor=[part / 255.0 for part in MARK[:3]], linewidth=1.6, linestyle="--"
             )

@@ -10,7 +10,9 @@ import numpy.typing as npt
 HEIGHT_GRID = 1.0 / 256.0  # [m] to which recorded heights are rounded; a power of two, so that the file compresses
 _LIGHT = np.array([-0.45, -0.35, 0.82])  # [1] direction to the sun, about of length 1
 _RELIEF = 6.0  # [1] exaggeration of slopes in the light, so that low waves are seen
-_DIMMEST, _FLAT = 0.5, 0.86  # [1] brightness of the steepest slopes away from the sun, and of the flat sea
+_FLAT = (
+    0.86  # [1] brightness of the flat sea; the steepest slopes differ from it by what is left to 1, to both sides alike
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,13 +62,15 @@ class SurfaceFrame:
 
     @property
     def brightness(self) -> npt.NDArray[np.float32]:
-        """Daylight (N M,) [1] on the surface: up to 1 towards the sun, less away from it."""
+        """Daylight (N M,) [1] on the surface: up to 1 towards the sun, less away from it; waves fade where grid lines are far apart."""
         rim = 1 if self.is_clear else 0  # sides are as bright as the surface beside them
         inner = slice(rim, -rim or None)
-        slopes = np.gradient(self.height[inner, inner].astype(np.float64), self.x[inner], self.y[inner])
-        normal = np.stack([-_RELIEF * slopes[0], -_RELIEF * slopes[1], np.ones_like(slopes[0])], axis=-1)
-        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        light = np.pad(np.clip(_FLAT * (normal @ _LIGHT) / _LIGHT[2], _DIMMEST, 1.0), rim, mode="edge")
+        lines = (self.x[inner], self.y[inner])
+        apart = [np.gradient(one) for one in lines]
+        fade = np.multiply.outer(*((one.min() / one) ** 2 for one in apart))
+        slopes = np.gradient(self.height[inner, inner].astype(np.float64), *lines)
+        steep = -_RELIEF * fade * (_LIGHT[0] * slopes[0] + _LIGHT[1] * slopes[1]) / _LIGHT[2]
+        light = np.pad(_FLAT + (1.0 - _FLAT) * np.tanh(_FLAT / (1.0 - _FLAT) * steep), rim, mode="edge")
         return np.asarray(light.ravel(), dtype=np.float32)
 
 

@@ -55,17 +55,19 @@ def _frames(replay: Replay, steps: Sequence[tuple[int, float]]) -> Iterator[Imag
         for moment in read_moments(replay, steps[start : start + _TOGETHER]):
             scene = (255.0 * np.clip(view.draw(moment), 0.0, 1.0)).round().astype(np.uint8)
             part = (moment.time - first) / (last - first) if last > first else 1.0
-            yield _with_time(Image.fromarray(scene), replay.run.name, moment.time, part)
+            yield _with_time(
+                Image.fromarray(scene), "  ·  ".join(filter(None, (replay.run.name, view.note))), moment.time, part
+            )
 
 
-def _with_time(scene: Image.Image, name: str, time: float, part: float) -> Image.Image:
-    """Put a strip below a scene: the run's name, the simulated time [s], and a bar of the part of the run that is over."""
+def _with_time(scene: Image.Image, text: str, time: float, part: float) -> Image.Image:
+    """Put a strip below a scene: a text, the simulated time [s], and a bar of the part of the run that is over."""
     frame = Image.new("RGB", (scene.width, scene.height + _STRIP), "#26323b")
     frame.paste(scene)
     draw = ImageDraw.Draw(frame)
     draw.rectangle((0, scene.height, part * scene.width, scene.height + 2), fill="#d9822b")
     middle, font = scene.height + 0.5 * _STRIP + 1, ImageFont.load_default(14)
-    draw.text((8, middle), name, fill="white", font=font, anchor="lm")
+    draw.text((8, middle), text, fill="white", font=font, anchor="lm")
     draw.text((scene.width - 8, middle), f"{time:.1f} s", fill="white", font=font, anchor="rm")
     return frame
 

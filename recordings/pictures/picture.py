@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from recordings.model import palette
 from recordings.model.frame import Event, RunDescription
 from recordings.pictures.chart import draw_map
-from recordings.pictures.scenes import render_moments
+from recordings.pictures.scenes import SceneView
 from recordings.pictures.style import EVENT_COLORS, STYLE, edge_of_light, shown_in
 from recordings.replay.joined import JoinedReplay
 from recordings.replay.moments import Moment, key_steps, read_moments, recorded_steps
@@ -130,7 +130,8 @@ def draw_picture(recording: str | Path, picture: str | Path) -> None:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(16.0, 10.0), dpi=120, facecolor="white")
         FigureCanvasAgg(figure)
-        images = render_moments(replay.run, moments, _SCENE_WIDTH)
+        view = SceneView(replay.run, moments, _SCENE_WIDTH)
+        images = [view.draw(moment) for moment in moments]
         scene_height = images[0].shape[0] / _SCENE_WIDTH
         outer = figure.add_gridspec(
             2,
@@ -146,6 +147,7 @@ def draw_picture(recording: str | Path, picture: str | Path) -> None:
         scenes = outer[0].subgridspec(1, len(moments), wspace=0.03)
         for column, (moment, image) in enumerate(zip(moments, images, strict=True)):
             _show_scene(figure.add_subplot(scenes[column]), moment, image)
+        figure.axes[-1].set_title(view.note, loc="right", pad=4, fontsize=9.0, color="#5c6b76", fontweight="normal")
         has_series = bool(replay.events or _diagrams(replay))
         below = outer[1].subgridspec(1, 1 + has_series, width_ratios=[1.15, 1.0][: 1 + has_series], wspace=0.13)
         draw_map(figure.add_subplot(below[0]), replay, moments)

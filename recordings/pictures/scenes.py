@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.spatial import ConvexHull
 
 from recordings.model import palette
-from recordings.model.exercise import is_ground
+from recordings.model.exercise import BoomDescription, is_ground
 from recordings.model.frame import BodyFrame, CameraView, Color, MeshDescription, PhaseDescription, RunDescription
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
 from recordings.replay.moments import Moment, placed_vertices
@@ -24,6 +24,8 @@ _MARGIN = 0.04  # margin around a scene, in widths
 _OIL_RADIUS = 0.6  # in particle spacings; a film one particle thick should look closed
 _CLEAR_DEPTHS = 0.9  # distance that light reaches in water, in water depths
 _EQUIPMENT_RADIUS = 0.3  # [m] of skimmers' rings and of lines; a line of 24 mm would not be seen
+_FINENESS = 2  # pixels drawn to one that is shown, in each direction, for smooth edges
+_LEAST_BOOM = 2.0  # [pixels] that the freeboard of a boom takes at least
 _LOST_RADIUS = 0.75  # larger than _OIL_RADIUS, so that lost oil covers the same oil of its phase
 
 
@@ -40,32 +42,36 @@ class SceneView:
         self._run, self._width = run, width
         self._projection, self._height = _shared_view(run, moments, width, exercise_only)
         self._depth = _water_depth(run, moments)
+        sizes = [_pixels_of_boom(boom, moment, self._projection) for boom in _booms(run) for moment in moments]
+        self._widened = max(_LEAST_BOOM / min(sizes, default=_LEAST_BOOM), 1.0)
+
+    @property
+    def note(self) -> str:
+        """What the pictures show otherwise than it is, in words; empty if nothing."""
+        return f"boom drawn {self._widened:.2g} times as high as it is" if self._widened > 1.0 else ""
 
     def draw(self, moment: Moment) -> Points:
         """Draw a picture (height, width, 3) of colours from 0 to 1."""
-        return _render(self._run, moment, Canvas(self._projection, self._width, self._height), self._depth)
+        fineness = 1 if _clear_liquids(self._run, moment) else _FINENESS  # balls of water have no edges, and take long
+        canvas = Canvas(self._projection, self._width, self._height, fineness=fineness)
+        _render(self._run, moment, canvas, self._depth)
+        return np.asarray(canvas.shown, dtype=np.float64)
+
+    def outline(self, name: str, moment: Moment) -> Points:
+        """Return the outline (C, 2) [pixels] of a body that has a mesh."""
+        pixels, _ = self._projection(placed_vertices(self._run.meshes[name].vertices, moment.bodies[name]))
+        return np.asarray(pixels[ConvexHull(pixels).vertices])
 
 
-def render_moments(
-    run: RunDescription, moments: Sequence[Moment], width: int, *, exercise_only: bool = False
-) -> list[Points]:
-    """Draw pictures (height, width, 3) of colours from 0 to 1 of all moments, by one `SceneView` that sees them."""
-    view = SceneView(run, moments, width, exercise_only=exercise_only)
-    return [view.draw(moment) for moment in moments]
+def _booms(run: RunDescription) -> Sequence[BoomDescription]:
+    """Return the booms of a run, none without an exercise."""
+    return run.exercise.booms if run.exercise else ()
 
 
-def render_marked(
-    run: RunDescription, moment: Moment, width: int, marked: Collection[str]
-) -> tuple[Points, dict[str, Points]]:
-    """Draw one moment, and return the picture (height, width, 3) with the outline (C, 2) [pixels] of each marked body that has a mesh."""
-    projection, height = _shared_view(run, [moment], width, False)
-    image = _render(run, moment, Canvas(projection, width, height), _water_depth(run, [moment]))
-    outlines = {}
-    for name in marked:
-        if name in run.meshes and name in moment.bodies:
-            pixels, _ = projection(placed_vertices(run.meshes[name].vertices, moment.bodies[name]))
-            outlines[name] = pixels[ConvexHull(pixels).vertices]
-    return image, outlines
+def _pixels_of_boom(boom: BoomDescription, moment: Moment, projection: Projection) -> float:
+    """Return the pixels that a boom's freeboard takes, in the middle of its segments; infinite for one that is not there."""
+    places = [moment.bodies[name].position for name in boom.segments if name in moment.bodies]
+    return projection.pixels(boom.freeboard, np.array(places)) if places else np.inf
 
 
 def _shared_view(
@@ -91,30 +97,51 @@ def _shared_view(
     return replace(fitted, center=fitted.center + margin), height
 
 
-def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -> Points:
+def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -> None:
     """Draw one moment: first the opaque things, then the water in front of them."""
     for name, mesh in run.meshes.items():
         if name in moment.bodies:
             placed = placed_vertices(mesh.vertices, moment.bodies[name])
             canvas.triangles(placed, mesh.faces, _body_color(run, name, mesh, moment.bodies[name]))
-    clear = [(index, phase) for index, phase in enumerate(run.phases) if not _opaque(phase, len(run.phases))]
+    for boom in _booms(run):
+        if _pixels_of_boom(boom, moment, canvas.projection) < _LEAST_BOOM * canvas.fineness:
+            _draw_line_of(boom, moment, canvas)
     for index, phase in enumerate(run.phases):
-        if (index, phase) not in clear and phase.name in moment.positions and not _is_film(phase, moment):
+        if _opaque(phase, len(run.phases)) and phase.name in moment.positions and not _is_film(phase, moment):
             color = palette.phase_color(phase, index)
             canvas.spheres(moment.positions[phase.name], _OIL_RADIUS * run.particle_spacing, color)
     for cause, positions in moment.lost.items():
         radius = moment.radius.get(cause, _LOST_RADIUS * run.particle_spacing)
         canvas.spheres(positions, radius, palette.cause_color(cause))
-    hides_water = moment.sea is not None and not moment.sea.surface.is_clear
-    if moment.sea is not None and hides_water:
+    if moment.sea is not None and not moment.sea.surface.is_clear:
         canvas.sea(moment.sea.surface, moment.sea.image, palette.SEA)
     for _, strip in moment.equipment:
         canvas.spheres(_beads(strip), _EQUIPMENT_RADIUS, palette.EQUIPMENT)
-    for index, phase in clear:
-        if len(moment.positions.get(phase.name, ())) and not hides_water:
-            color = palette.phase_color(phase, index)
-            canvas.water(moment.positions[phase.name], run.particle_spacing, color, _CLEAR_DEPTHS * depth)
-    return canvas.image
+    for index, phase in _clear_liquids(run, moment):
+        color = palette.phase_color(phase, index)
+        canvas.water(moment.positions[phase.name], run.particle_spacing, color, _CLEAR_DEPTHS * depth)
+
+
+def _clear_liquids(run: RunDescription, moment: Moment) -> list[tuple[int, PhaseDescription]]:
+    """Return the phases through which one sees, with their places in the run; none below a sea, which hides them."""
+    if moment.sea is not None and not moment.sea.surface.is_clear:
+        return []
+    places = enumerate(run.phases)
+    return [
+        (place, phase)
+        for place, phase in places
+        if len(moment.positions.get(phase.name, ())) and not _opaque(phase, len(run.phases))
+    ]
+
+
+def _draw_line_of(boom: BoomDescription, moment: Moment, canvas: Canvas) -> None:
+    """Draw the top of a boom as wide as it is seen well."""
+    bodies = [moment.bodies[name] for name in boom.segments if name in moment.bodies]
+    top = np.array(boom.joint_points)
+    top[:, 2] = boom.waterline + boom.freeboard
+    tensions = np.nan_to_num([body.tension for body in bodies])
+    ends = np.array([placed_vertices(top, body) for body in bodies])
+    canvas.lines(ends, _LEAST_BOOM, palette.tension_color(tensions, boom.full_tension))
 
 
 def _beads(strip: Points) -> Points:
@@ -138,7 +165,7 @@ def _opaque(phase: PhaseDescription, phase_count: int) -> bool:
 
 def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: BodyFrame) -> Color:
     """Return a body's colour; the colour of a boom's segment shows its tension."""
-    for boom in run.exercise.booms if run.exercise else ():
+    for boom in _booms(run):
         if name in boom.segments and not np.isnan(body.tension):
             red, green, blue, opacity = palette.tension_color(body.tension, boom.full_tension)[0].tolist()
             return red, green, blue, opacity
@@ -160,7 +187,7 @@ def _extent(run: RunDescription, moment: Moment, far: float = 0.5) -> Points:
         return np.array([body.position for body in moment.bodies.values()]) if moment.bodies else np.empty((0, 3))
     together = np.concatenate(parts)
     lower, upper = np.percentile(together, 0.2, axis=0), np.percentile(together, 99.8, axis=0)
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (upper - lower) + lower
+    corners = _corners(lower, upper)
     room = far * max(float((upper - lower).max()), run.particle_spacing)
     for name, mesh in run.meshes.items():
         if name in moment.bodies:
@@ -178,8 +205,13 @@ def _extent_at_sea(run: RunDescription, moment: Moment) -> Points:
         if name in moment.bodies and not is_ground(name)
     ]
     oil = [moment.positions[name] for name in run.oils if len(moment.positions.get(name, ()))]
-    limits = [np.percentile(np.concatenate(oil), [2.0, 98.0], axis=0)] if oil else []
+    limits = [_corners(*np.percentile(np.concatenate(oil), [2.0, 98.0], axis=0))] if oil else []
     return np.concatenate([*placed, *limits]) if placed or limits else np.empty((0, 3))
+
+
+def _corners(lower: npt.NDArray[np.floating], upper: npt.NDArray[np.floating]) -> Points:
+    """Return the corners (8, 3) [m] of a box."""
+    return np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (upper - lower) + lower
 
 
 def _usual_camera(moments: Sequence[Moment]) -> CameraView:

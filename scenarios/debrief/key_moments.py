@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from recordings.model.frame import VHF, Event
 from recordings.model.words import force_in_words
-from recordings.pictures.scenes import render_moments
+from recordings.pictures.scenes import SceneView
 from recordings.replay.moments import Moment, read_moments, recorded_steps
 from recordings.replay.recording import Replay
 from scenarios.debrief.boom_history import BoomHistory
@@ -26,12 +26,13 @@ _TECHNICAL = ("master", "oilsim", "fluid", "thin", "leak", "skirt", "blockage") 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class KeyMoment:
-    """One numbered moment: what happened, where everything was, and its picture (height, width, 3), colours from 0 to 1."""
+    """One numbered moment: what happened, where everything was, its picture (height, width, 3), colours from 0 to 1, and a note on it."""
 
     number: int
     captions: tuple[str, ...]
     moment: Moment
     image: npt.NDArray[np.float64]
+    note: str = ""
 
     @property
     def time(self) -> float:
@@ -46,10 +47,10 @@ def key_moments(replay: Replay, histories: Sequence[BoomHistory]) -> list[KeyMom
     told = _gathered(replay, histories, float(times[0]) if len(times) else 0.0, float(times[-1]) if len(times) else 0.0)
     chosen = [steps[min(int(np.searchsorted(times, time - 1e-9)), len(steps) - 1)] for time, _ in told]
     moments = [_around_booms(replay, moment) for moment in read_moments(replay, chosen)]
-    images = render_moments(replay.run, moments, _WIDTH, exercise_only=bool(histories))
+    view = SceneView(replay.run, moments, _WIDTH, exercise_only=bool(histories))
     return [
-        KeyMoment(number=number, captions=captions, moment=moment, image=image)
-        for number, ((_, captions), moment, image) in enumerate(zip(told, moments, images, strict=True), start=1)
+        KeyMoment(number=number, captions=captions, moment=moment, image=view.draw(moment), note=view.note)
+        for number, ((_, captions), moment) in enumerate(zip(told, moments, strict=True), start=1)
     ]
 
 

@@ -10,11 +10,12 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from recordings.model.frame import BodyFrame, Frame, PhaseFrame
+from recordings.model.exercise import BoomDescription, ExerciseDescription
+from recordings.model.frame import BodyFrame, CameraView, Frame, PhaseFrame
 from recordings.model.surface import SurfaceFrame
 from recordings.pictures.picture import draw_picture
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
-from recordings.pictures.scenes import render_moments
+from recordings.pictures.scenes import SceneView
 from recordings.replay.moments import DrawnSea, Moment, key_steps, placed_vertices
 from recordings.sink.plots import plots_with_series
 from recordings.sink.recorder import Recorder
@@ -24,12 +25,12 @@ FOCAL = 400.0
 RED, BLUE = (255, 0, 0, 255), (0, 0, 255, 255)
 
 
-def _canvas() -> Canvas:
+def _canvas(fineness: int = 1) -> Canvas:
     """A camera in the origin that looks along +y, x to the right."""
     axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
     center = np.array([0.5 * SIZE, 0.5 * SIZE])
     projection = Projection(eye=np.zeros(3), axes=axes, focal=FOCAL, center=center)
-    canvas = Canvas(projection, SIZE, SIZE)
+    canvas = Canvas(projection, SIZE, SIZE, fineness=fineness)
     canvas.image[:] = 1.0
     return canvas
 
@@ -56,6 +57,36 @@ def test_a_square_covers_its_projection_and_lies_at_its_depth() -> None:
     shown = np.isfinite(canvas.depth)
     assert shown.sum() == (2 * half * FOCAL / distance) ** 2  # its edges lie between pixels
     np.testing.assert_allclose(canvas.depth[shown], distance)
+
+
+@pytest.mark.parametrize("distance", [3.0, 30.0])
+@pytest.mark.parametrize("fineness", [1, 2])
+def test_a_line_is_as_wide_near_as_far_and_lies_on_what_it_touches(distance: float, fineness: int) -> None:
+    half, width = 0.2 * distance, 4.0
+    canvas = _canvas(fineness)
+    canvas.triangles(*_square(distance, 3.0 * half), BLUE)
+    canvas.lines(np.array([[[-half, distance, 0.0], [half, distance, 0.0]]]), width, np.array([RED]))
+    length = 2.0 * half * FOCAL / distance
+    assert (canvas.image[..., 0] == 1.0).sum() == pytest.approx(width * length * fineness**2, rel=1e-9)
+    assert canvas.shown.shape == (SIZE, SIZE, 3)
+
+
+def test_a_boom_too_thin_to_be_seen_is_widened_and_the_picture_says_so(made_up: ModuleType) -> None:
+    boom = BoomDescription(
+        name="main", segments=("boom/a",), ends=("b", "c"), length=1.0, skirt_depth=0.5, freeboard=0.25, waterline=0.0,
+        joint_points=((-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)), full_tension=1.0,
+    )  # fmt: skip
+    run = replace(made_up.describe(), meshes={}, exercise=ExerciseDescription(booms=(boom,)))
+    notes = {}
+    for way in (2.0, 1000.0):  # [m] from the boom to a rock, both in the picture
+        bodies = {name: BodyFrame(position=np.array([x, 0.0, 0.0]), orientation=np.array([0.0, 0.0, 0.0, 1.0]))
+                  for name, x in (("boom/a", 0.0), ("rock", way))}  # fmt: skip
+        run = replace(run, camera=CameraView((0.0, -2.0 * way, way), (0.0, 0.0, 0.0)))
+        notes[way] = SceneView(run, [Moment(time=0.0, positions={}, bodies=bodies)], 300).note
+    assert notes[2.0] == ""
+    times = float(notes[1000.0].removeprefix("boom drawn ").partition(" ")[0])
+    shown = 0.25 * (1.0 - 2.0 * 0.04) * 300 / 1000.0  # [pixels] of the freeboard, beside margins of 0.04
+    assert times == pytest.approx(2.0 / shown, rel=0.05)
 
 
 @pytest.mark.parametrize("near_first", [True, False])
@@ -111,7 +142,7 @@ def test_water_alone_below_a_drawn_surface_is_framed_by_itself(made_up: ModuleTy
     surface = SurfaceFrame(x=lines, y=lines, height=np.zeros((2, 2), np.float32), box=(0, 4, 0, 4), is_clear=True)
     water = np.random.default_rng(1).uniform(0.0, [4.0, 4.0, 0.5], (400, 3)).astype(np.float32)
     moment = Moment(time=0.0, positions={"ocean": water}, bodies={}, sea=DrawnSea(surface=surface, image=None))
-    (image,) = render_moments(run, [moment], 300)
+    image = SceneView(run, [moment], 300).draw(moment)
     blue = image[..., 2] > image[..., 0] + 0.1
     assert 0.7 < blue.any(axis=0).mean() < 1.0  # nearly as wide as the picture, and with a margin
     assert blue.mean() < 0.5

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from recordings.model import palette
 from recordings.pictures.chart import draw_equipment, draw_land
-from recordings.pictures.scenes import render_moments
+from recordings.pictures.scenes import SceneView
 from recordings.replay.joined import JoinedReplay
 from recordings.replay.moments import Moment, key_steps, read_moments, recorded_steps
 from scenarios.running.run import RunOptions, run_scenario
@@ -49,7 +49,7 @@ def test_bridles_and_skimmer_of_a_v_sweep(tmp_path: Path) -> None:
     assert {line.get_gid() for line in axes.lines} == {"brush", "fore", "middle"}
     drawn = {path.rpartition("/")[2] for path, _ in replay.chunks("/equipment/**")}  # in three dimensions
     assert drawn == {"brush", "fore", "middle", "aft"}
-    (image,) = render_moments(replay.run, [moment], 400)
+    image = SceneView(replay.run, [moment], 400).draw(moment)
     tint = np.array(palette.EQUIPMENT[:3]) / 255.0
     hue = image / np.maximum(image.sum(axis=2, keepdims=True), 1e-6)
     assert (np.abs(hue - tint / tint.sum()).max(axis=2) < 0.05).sum() > 50  # pixels of ring and bridles
