@@ -21,7 +21,7 @@ LABORATORY = "laboratory"  # group of scenarios that are no exercises
 
 def register_list(commands: argparse._SubParsersAction) -> None:
     """Add the subcommand's parser to `commands`."""
-    parser = commands.add_parser("list", help="list the shipped exercises and scenarios, and the oils; or show a brief")
+    parser = commands.add_parser("list", help="list the shipped exercises and scenarios, or show a brief")
     parser.add_argument("scenario", nargs="?", metavar="NAME-or-FILE", help="show the trainee's brief of this exercise")
     parser.add_argument("--notes", action="store_true", help="with a name: show the instructor's notes, too")
     parser.set_defaults(command=_list)
@@ -37,7 +37,6 @@ def _list(options: argparse.Namespace) -> int:
         _show(terminal(), load_scenario(options.scenario).scenario, notes=options.notes)
         return DONE
     _list_scenarios(terminal())
-    _list_oils(terminal())
     return DONE
 
 
@@ -77,20 +76,6 @@ def _list_scenarios(console: Console) -> None:
             levels = ", ".join(scenario.levels)
             table.add_row(scenario.name, scenario.title, levels, f"{scenario.run.duration:g} s")
         console.print(table)
-
-
-def _list_oils(console: Console) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    from scenarios.oils.library import SHORT_NAMES, library
-
-    console.print(Text.assemble(("Oils", "bold"), " (all of them, and the card of one, with: oilsim oils WORD)"))
-    oils = Table("name", "density [kg/m3]", "viscosity [Pa s]", "description", title="at 15 °C", title_justify="left")
-    for name, (record, description) in SHORT_NAMES.items():
-        oil = library()[record]
-        oils.add_row(name, f"{oil.density_at(15.0):.0f}", f"{oil.viscosity_at(15.0):.3g}", description)
-    console.print(oils)
 
 
 # The comment on a table, by its name; tables of named things share the comment of the first one.

@@ -23,19 +23,16 @@ from coupling.master.exchange_ledger import Exchange, ExchangeLedger
 from coupling.master.observer_dispatch import CommunicationPoint, FrameSource, Observer, Watching
 from coupling.master.participant import Participant
 from coupling.participants.fluid import FluidParticipant
-from oilsim import AdvanceReport, Fluid
+from oilsim import AdvanceReport
 from recordings.model.frame import RunDescription
 from scenarios.controls.signal_board import SignalBoard
 from scenarios.controls.signals import RunParts, signals_of
 from scenarios.running.run_controls import RunControls
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, FmuSettings, connections_of
-from scenarios.setup.afloat.fleet import Fleet
-from scenarios.setup.at_sea.run_sea import RunSea
 from scenarios.setup.run_description import describe_run
 from scenarios.setup.simulators import Simulators, build_simulators
-from scenarios.setup.solids.placed_solids import Solid
-from scenarios.spec.resolve import RunSpec, resolve
+from scenarios.spec.resolve import resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import problems_of
 from scenarios.watch.boom_scoring import Scoring
@@ -49,34 +46,20 @@ from vessels.vessel import Vessel
 from vessels.windage import Windage, WindOnBodies
 
 if TYPE_CHECKING:
-    from booms.recovery.skimming import SkimmingParticipant
     from coupling.fmu.isolated_fmu import Fmu
-    from coupling.participants.slick import SlickParticipant
     from coupling.testkit.faults import FaultPlan
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Assembly:
-    """A run that is ready to start: its parts, and what observers are shown.
+class Assembly(Simulators):
+    """A run that is ready to start: its simulators, what works and watches them, and what observers are shown.
 
-    fluid, world: the simulators themselves, for whoever wants more than the participants' variables; sea: how undisturbed water moves;
-    coupled: names of the bodies that exchange
-    motion and wrench with the fluid; fleet: vessels and booms; strength: lets overloaded booms part; controls: bring parts to what orders
-    and signals ask for; accounts: scores and sums, advanced by the master; remarks: what a run falls short of; parts: what signals read
-    and drive; exchange, ledger: how bodies meet the fluid, and the accounts of it; slicks: the oil that is parcels; skimmers: what takes
-    it off the water; fmus: those that take part; solids: all bodies as placed at the start; level: of the
-    still water [m]; faults: what fails on purpose.
+    fluid_participant: the fluid, as the master steps it; exchange, ledger: how bodies meet it, and the accounts of that; strength: lets
+    overloaded booms part; controls: bring parts to what orders and signals ask for; accounts: scores and sums, advanced by the master;
+    remarks: what a run falls short of; parts: what signals read and drive; fmus: those that take part; faults: what fails on purpose.
     """
 
-    scenario: RunSpec
-    solids: tuple[Solid, ...]
-    level: float
-    fluid: Fluid
-    sea: RunSea
-    world: RigidBodyWorld | None
     fluid_participant: FluidParticipant
-    coupled: tuple[str, ...]
-    fleet: Fleet
     strength: BoomStrength
     controls: RunControls
     accounts: RunAccounts
@@ -88,8 +71,6 @@ class Assembly:
     frame_source: FrameSource
     exchange: BodyExchange
     ledger: ExchangeLedger
-    slicks: tuple[SlickParticipant, ...]
-    skimmers: tuple[SkimmingParticipant, ...]
     fmus: tuple[Fmu, ...]
     faults: FaultPlan | None
 
@@ -167,15 +148,8 @@ def build(
         *fmus, *orders, *helms.values(), *blowing, *bodies.participants, *simulators.slicks, *simulators.skimmers, *readings,
     )  # fmt: skip
     return Assembly(
-        scenario=spec,
-        solids=simulators.solids,
-        level=simulators.level,
-        fluid=simulators.fluid,
-        sea=simulators.sea,
-        world=world,
+        **vars(simulators),
         fluid_participant=bodies.fluid,
-        coupled=simulators.coupled,
-        fleet=simulators.fleet,
         strength=strength,
         controls=controls,
         accounts=accounts,
@@ -187,8 +161,6 @@ def build(
         frame_source=FrameReader(simulators, accounts, fmus),
         exchange=bodies.exchange,
         ledger=bodies.ledger,
-        slicks=simulators.slicks,
-        skimmers=simulators.skimmers,
         fmus=fmus,
         faults=faults,
     )

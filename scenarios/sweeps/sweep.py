@@ -8,8 +8,8 @@ from __future__ import annotations
 import time as wall_clock
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from distributed import Client, as_completed
 from rich.console import Console
 
 from recordings.files.writing import RecordingError
@@ -22,6 +22,9 @@ from scenarios.text.problems import DONE, FAILED, Problem, ScenarioError
 from scenarios.text.terminal import terminal
 from scenarios.watch.progress import clock
 
+if TYPE_CHECKING:
+    from distributed import Client
+
 TIMEOUT = 20  # [s] to reach a scheduler; technical
 
 
@@ -31,6 +34,8 @@ def run_on_cluster(waiting: Sequence[Variant], folder: Path, address: str, conso
     A task whose worker is lost is given to another one, as often as the scheduler allows. Returns `DONE`, or `FAILED` if a run failed.
     Raises ScenarioError if the scheduler cannot be reached.
     """
+    from distributed import as_completed  # few need it
+
     results = Results(folder, len(waiting), console)
     with _client(address) as client:
         futures = {
@@ -42,6 +47,8 @@ def run_on_cluster(waiting: Sequence[Variant], folder: Path, address: str, conso
 
 
 def _client(address: str) -> Client:
+    from distributed import Client
+
     try:
         return Client(address, timeout=TIMEOUT)
     except (OSError, ValueError, TimeoutError) as error:
@@ -77,8 +84,6 @@ def run_sweep(
     if not waiting:
         code = DONE
     elif scheduler is not None:
-        from scenarios.sweeps.sweep import run_on_cluster  # distributed is needed by few
-
         code = run_on_cluster(waiting, folder, scheduler, console)
     elif workers > 1:
         code = run_at_once(waiting, folder, workers, console, recorded=recorded)
