@@ -40,7 +40,6 @@ _DATE = re.compile(
     r"\s*(?:(Z|UTC|GMT)|([+-]?)(\d{1,2})(?::?(\d{2}))?)?",
     re.IGNORECASE,
 )
-_MONTHS = (31, 29, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31)
 
 
 def seconds_of(text: str, calendar: str) -> float:
@@ -58,34 +57,21 @@ def seconds_of(text: str, calendar: str) -> float:
         raise ValueError(f"counts from {text!r}, allowed: a date after ISO 8601, as 2026-05-01 08:00:00")
     year, month, day, hour, minute = (int(match[part] or 0) for part in range(1, 6))
     second = float(match[6] or 0.0)
-    days = _day_number(year, month, day, calendar.lower())
-    if days is None or hour > 23 or minute > 59 or second >= 61.0:
+    try:
+        days = date(year, month, day).toordinal()
+    except ValueError:
+        days = 0
+    is_mixed = calendar.lower() in MIXED
+    is_lost = is_mixed and (1582, 10, 4) < (year, month, day) < (1582, 10, 15)
+    if not days or is_lost or hour > 23 or minute > 59 or second >= 61.0:
         raise ValueError(f"counts from {text!r}, allowed: a date that the calendar {calendar or 'standard'!r} has")
+    if calendar.lower() == "julian" or (is_mixed and (year, month, day) < (1582, 10, 15)):
+        century = (year - (month < 3)) // 100
+        days += (
+            century - century // 4 - 2
+        )  # its leap days more than the Gregorian rule's since 0001-01-01, which it has 2 days earlier
     zone = 3600.0 * int(match[9] or 0) + 60.0 * int(match[10] or 0)
     return 86400.0 * days + 3600.0 * hour + 60.0 * minute + second - (-zone if match[8] == "-" else zone)
-
-
-def _day_number(year: int, month: int, day: int, calendar: str) -> int | None:
-    """Return the ordinal of a day (`datetime.date.toordinal`); None for one that the calendar does not have."""
-    if year < 1 or not 1 <= month <= 12 or not 1 <= day <= _MONTHS[month - 1]:
-        return None
-    is_mixed = calendar in MIXED
-    if is_mixed and (1582, 10, 4) < (year, month, day) < (1582, 10, 15):
-        return None
-    if calendar == "julian" or (is_mixed and (year, month, day) < (1582, 10, 15)):
-        return _julian(year, month, day)
-    try:
-        return date(year, month, day).toordinal()
-    except ValueError:
-        return None
-
-
-def _julian(year: int, month: int, day: int) -> int | None:
-    """Return the ordinal of a day of the Julian calendar, 2 days earlier on 0001-01-01; None for 29 February of a common year."""
-    if (month, day) == (2, 29) and year % 4:
-        return None
-    before = sum(_MONTHS[: month - 1]) - (1 if month > 2 and year % 4 else 0)
-    return 365 * (year - 1) + (year - 1) // 4 + before + day - 2
 
 
 Double = NDArray[np.float64]

@@ -244,7 +244,7 @@ def test_a_run_that_is_killed_is_told_and_the_rest_is_made(
         assert plan["scenario"]["run"]["threads"] == 1
         return run_elsewhere(plan, record, watched)
 
-    monkeypatch.setattr("scenarios.sweeps.at_once.run_elsewhere", elsewhere)
+    monkeypatch.setattr("scenarios.sweeps.sweep.run_elsewhere", elsewhere)
     short = ["--set", "fluid.particle_spacing=0.1", "--until", "0.02"]
     asked = ["sweep", "two-layer", *short, "--vary", "fluid.maximum_time_step=0.004,0.005,0.006", "--workers", "2"]
     assert main([*asked, "--to", str(tmp_path)]) == 1
