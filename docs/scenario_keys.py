@@ -128,6 +128,7 @@ CHAPTERS: tuple[tuple[str, tuple[type, ...]], ...] = (
     ("sea.tide", (Tide,)),
     ("shore", (sea.ShoreSettings,)),
     ("land.NAME", (sea.LandSettings,)),
+    ("areas.NAME", (sea.AreaSettings,)),
     ("window", (window.WindowTable,)),
     ("bodies.NAME", get_args(bodies.Body)),
     ("bodies.NAME.motion", get_args(bodies.Motion)),

@@ -139,6 +139,7 @@ class ExerciseDescription:
     criteria  what the scenario changes of the criteria of the grade, or adds to them: settings by name, for each criterion's key
     equipment skimmers, mooring legs and ties
     prices    of the operation, with their currency, by key; empty without
+    areas     outlines (x, y) [m] of sensitive areas, by name
     """
 
     booms: tuple[BoomDescription, ...] = ()
@@ -149,6 +150,7 @@ class ExerciseDescription:
     criteria: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     equipment: tuple[Equipment, ...] = ()
     prices: Mapping[str, Any] = field(default_factory=dict)
+    areas: Mapping[str, tuple[tuple[tuple[float, float], ...], ...]] = field(default_factory=dict)
 
 
 def to_json(description: Site | ExerciseDescription | None) -> str:

@@ -75,6 +75,7 @@ def draw_map(axes: Axes, replay: Replay, moments: Sequence[Moment]) -> None:
     draw_equipment(axes, last, across)
     if not side:
         draw_land(axes, run, last)
+        draw_areas(axes, run)
     _draw_key(axes, run, last, draw_windows(axes, replay, last.time))
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [m]")
@@ -220,6 +221,19 @@ def draw_land(axes: Axes, run: RunDescription, moment: Moment) -> None:
             faces = np.asarray(run.meshes[name].faces)
             top = points[faces[dry[faces].all(axis=1)]][..., :2]
             axes.add_artist(PolyCollection(list(top), edgecolor="face", gid=name, **sand))
+
+
+def draw_areas(axes: Axes, run: RunDescription) -> None:
+    """Draw sensitive areas with their names, without framing them: they may lie far from the booms."""
+    areas = run.exercise.areas if run.exercise is not None else {}
+    for name, outlines in areas.items():
+        for outline in outlines:
+            axes.add_artist(
+                Polygon(outline, facecolor="#17734a1f", edgecolor="#17734a", linewidth=1.2, zorder=0.6, gid=name)
+            )
+        x, y = np.mean(outlines[0], axis=0)
+        note = axes.annotate(name, (x, y), color="#17734a", fontsize=8, ha="center", va="center", annotation_clip=True)
+        note.set(zorder=7, path_effects=[withStroke(linewidth=2.2, foreground="white")], clip_on=True)
 
 
 def draw_equipment(axes: Axes, moment: Moment, across: tuple[int, int] = (0, 1)) -> None:

@@ -89,6 +89,7 @@ COMMENTS = {
     "tank": "a box with walls, full of particles",
     "sea": "depth [m], current, wind and waves; they go to direction_deg from +x; or use toward_compass and from_compass",
     "shore": "a straight shore of one slope: where its waterline is, and which way is out to sea",
+    "areas": "sensitive areas, as an intake or a reed bed: corners [m], or a GeoJSON file; the oil in them is told",
     "land": "land of your own harbour: corners [m], or a GeoJSON file; the stream runs along it",
     "tow": "orders to all vessels without legs of their own: speed over the ground, heading, and when they get under way [s]",
     "vessels": "vessels: size and place [m], bollard pull [N]; legs = [...] gives a vessel orders of its own",

@@ -109,6 +109,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         "booms": [_boom_scene(boom, scenario.booms[boom.name]) for boom in booms],
         "bodies": _footprints(assembly),
         "land": _land(assembly),
+        "areas": {name: [list(map(list, one)) for one in own] for name, own in assembly.areas.items()},
         "skimmers": {name: {"kind": one.kind, "on": one.on} for name, one in scenario.skimmers.items()},
         "causes": {
             name: {"words": words, "color": palette.css(palette.cause_color(name))}

@@ -58,6 +58,10 @@ class Scores(Protocol):
         """The oil of the run."""
 
     @property
+    def oil_in_areas(self) -> Mapping[str, float]:
+        """The oil [m3] in each sensitive area."""
+
+    @property
     def booms(self) -> Sequence[ScoredBoom]:
         """The scores, one for each boom."""
 
@@ -128,6 +132,8 @@ def signals_of(exercise: Parts) -> dict[str, Signal]:
             found += _pose(f"bodies.{name}", name)
     for name in exercise.booms:
         found += _scores(name)
+    for name in exercise.areas:
+        found.append(Signal(name=f"areas.{name}.oil", unit="m3", read=partial(_in_area, name)))
     for series in OilRows().series() if exercise.booms else ():
         found.append(Signal(name=series.replace("/", "."), unit="m3", read=partial(_row, series)))
     return {signal.name: signal for signal in found}
@@ -140,6 +146,11 @@ def _vessel(name: str) -> Iterator[Signal]:
         yield Signal(name=f"vessels.{name}.{what}", unit=unit, read=partial(_planar, body_of(name), index))
     for what, unit in PUSH:
         yield Signal(name=f"vessels.{name}.{what}", unit=unit, read=partial(_push, name, what))
+
+
+def _in_area(name: str, parts: RunParts) -> float:
+    """Return the oil [m3] in a sensitive area."""
+    return parts.scoring.oil_in_areas[name]
 
 
 def _planar(body: str, index: int, parts: RunParts) -> float:

@@ -231,6 +231,8 @@ def _of_the_run(replay: Replay) -> Iterator[tuple[str, float]]:
     for row, words in rows.items():
         if (series := replay.scalars.get(f"oil/{row}")) is not None:
             yield f"{words}, of all oil of the run", float(series.value[-1])
+    for name in replay.run.exercise.areas if replay.run.exercise is not None else ():
+        yield f"Most oil in the area {name}", float(np.max(replay.scalars[f"areas/{name}/oil"].value, initial=0.0))
 
 
 def _segments(history: BoomHistory) -> list[tuple[str, ...]]:

@@ -18,6 +18,7 @@ from recordings.model.entity_paths import BODIES, VESSELS, body_group
 from recordings.model.exercise import BoomDescription, is_ground
 from recordings.model.words import cause_in_words, course_in_words, three_figures
 from recordings.pictures.chart import (
+    draw_areas,
     draw_body,
     draw_equipment,
     draw_land,
@@ -54,6 +55,7 @@ def slick_map(replay: Replay, moments: Sequence[KeyMoment]) -> Figure:
     _draw_vessels(axes, replay, moments[0].moment, moments[-1].moment)
     draw_equipment(axes, moments[-1].moment)
     draw_land(axes, replay.run, moments[-1].moment)
+    draw_areas(axes, replay.run)
     marks += [
         *_draw_lost(axes, moments[-1].moment, replay.run.particle_spacing),
         *draw_windows(axes, replay, moments[-1].time),

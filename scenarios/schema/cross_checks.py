@@ -46,7 +46,8 @@ NAME_PATTERN = r"[A-Za-z0-9][A-Za-z0-9_-]*"
 NAME_ALLOWED = "letters, digits, '-' and '_', beginning with a letter or digit"
 ROLES = ("instructor", "observer")  # of the console, whose crews have the names of their vessels
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")  # as of coupling.solids.bodies, which takes a second to import
-SINGULAR = {"phases": "phase", "bodies": "body", "vessels": "vessel", "booms": "boom"}  # of tables that are referred to
+# of tables that are referred to
+SINGULAR = {"phases": "phase", "bodies": "body", "vessels": "vessel", "booms": "boom", "skimmers": "skimmer"}
 MOST_PARTICLES = 1e8  # some 300 GB of memory
 
 
@@ -115,6 +116,7 @@ _SPACE = "only with fluid.dimension = 3"
 BARRED: tuple[tuple[str, Callable[[Parts], bool], str], ...] = (
     ("shore", _has_boxes, "at the fidelity none"),
     ("land", _has_boxes, "at the fidelity none"),
+    ("areas", _has_boxes, "at the fidelity none"),
     ("sea.tide", _has_boxes, "at the fidelity none"),
     ("booms.*.pocket", _has_boxes, "at the fidelity none; particles would meet a skirt"),
     ("booms.*.reel", _has_boxes, "at the fidelity none; particles would meet a skirt"),
@@ -169,9 +171,12 @@ def _fidelity(parts: Parts) -> Iterator[Problem]:
 
 def _shore_and_skimmers(parts: Parts) -> Iterator[Problem]:
     """Check that no body has the name of the shore, and what carries skimmers."""
-    for name, land in parts.land.items():
-        if land.file and parts.site is None:
-            yield Problem(f"land.{name}.file", "is given, allowed with [site], which says where its degrees lie")
+    for table, name, one in (
+        *(("land", *item) for item in parts.land.items()),
+        *(("areas", *item) for item in parts.areas.items()),
+    ):
+        if one.file and parts.site is None:
+            yield Problem(f"{table}.{name}.file", "is given, allowed with [site], which says where its degrees lie")
     if parts.shore is not None and GROUND in parts.names["bodies"]:
         yield Problem(f"bodies.{GROUND}", "has the name of the [shore], allowed: another name")
     segments = {name: parts.booms[name].segments if name in parts.booms else 0 for name in parts.names["booms"]}

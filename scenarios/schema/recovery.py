@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from booms.recovery.skimmer import USUAL_EFFICIENCY, SkimmerDesign, SkimmerKind
 from oilsim.core.quantity import quantity, quantity_of
+from scenarios.schema.exercise import body_of, segment_names
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from scenarios.schema.parsing.relations import Relation, only_with, reference
 from scenarios.text.problems import Problem
@@ -69,6 +70,14 @@ class SkimmerSettings(Section):
             recovery_efficiency=self.recovery_efficiency or usual_recovery,
             water_density=water_density,
         )
+
+
+def carrier_of(skimmer: SkimmerSettings, segments: Mapping[str, int]) -> str | None:
+    """Return the body that carries a skimmer, None for one that lies still; `segments` are the numbers of the booms' segments."""
+    if skimmer.on is None or skimmer.on not in segments:
+        return skimmer.on and body_of(skimmer.on)
+    count = segments[skimmer.on]
+    return segment_names(skimmer.on, count)[count // 2 if skimmer.segment is None else skimmer.segment]
 
 
 def skimmer_problems(

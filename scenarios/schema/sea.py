@@ -178,21 +178,16 @@ class ShoreSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LandSettings(Section):
-    """Land with steep sides, at the fidelity none: the stream runs along it, oil strands on it, vessels and booms run aground on it.
-
-    `sea.current` is the current far out. Along the land it is a potential flow, which has no eddies (*modelled*; page "Sea"). Waves and
-    wind do not feel the land.
+class AreaSettings(Section):
+    """A sensitive area, as a reed bed or a water intake, at the fidelity none: plans show it, and the oil in it is told.
 
     outline   (x, y) [m] of its corners in order
     file      GeoJSON of polygons in degrees of longitude and latitude, in the place of `outline`; [site] says where
-              they lie, and holes in them are land
-    capacity  [m3/m] oil that a metre of its edge takes
+              they lie, and holes in them belong to it
     """
 
     outline: tuple[Point2, ...] = quantity("m", default=())
     file: str = ""
-    capacity: float = quantity("m3/m", default=0.02, at_least=0.0)
 
     def problems(self) -> Iterator[Problem]:
         """Check that there is one outline, of three or more corners."""
@@ -200,6 +195,20 @@ class LandSettings(Section):
             yield Problem("outline", "and file are both given, or both missing, allowed: one of them")
         elif self.outline and len(self.outline) < 3:
             yield Problem("outline", f"has {len(self.outline)} corners, allowed: 3 or more")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LandSettings(AreaSettings):
+    """Land with steep sides, at the fidelity none: the stream runs along it, oil strands on it, vessels and booms run aground on it.
+
+    `sea.current` is the current far out. Along the land it is a potential flow, which has no eddies (*modelled*; page "Sea"). Waves and
+    wind do not feel the land.
+
+    outline, file  as of [areas.NAME]; holes in polygons are land
+    capacity       [m3/m] oil that a metre of its edge takes
+    """
+
+    capacity: float = quantity("m3/m", default=0.02, at_least=0.0)
 
 
 SeaWaves = RegularSeaWaves | JonswapSeaWaves

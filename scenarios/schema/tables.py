@@ -15,7 +15,7 @@ from scenarios.schema.moorings import MooringSettings, TieSettings
 from scenarios.schema.prices import PriceSettings
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import Fidelity, Probe, RunSettings, SiteSettings
-from scenarios.schema.sea import LandSettings, SeaSettings, ShoreSettings
+from scenarios.schema.sea import AreaSettings, LandSettings, SeaSettings, ShoreSettings
 from scenarios.schema.window import WindowTable
 
 
@@ -29,6 +29,7 @@ class Tables:
     emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
     shore: ShoreSettings | None = None
     land: Mapping[str, LandSettings] = field(default_factory=dict)
+    areas: Mapping[str, AreaSettings] = field(default_factory=dict)
     window: WindowTable | None = None
     bodies: Mapping[str, Body] = field(default_factory=dict)
     vessels: Mapping[str, VesselSettings] = field(default_factory=dict)

@@ -21,7 +21,8 @@ class WindowTable(Section):
 
     It takes the place of a [tank].
 
-    target  name of a boom, whose middle the box follows, of a vessel or of a body; or a place (x, y) [m]
+    target  name of a boom, whose middle the box follows, of a skimmer, which it follows by what carries it, of a vessel or of a body; or a
+             place (x, y) [m]
     spacing  [m] of the particles, by default fluid.particle_spacing; "live": the finest that this machine computes in real time;
              "fine": 8 to a skirt. With it, size and depth may be left out: they are 21 and 2.7 drafts of the target
     size    [m] along x and y
@@ -29,7 +30,7 @@ class WindowTable(Section):
     rim     [m] width of the zone along each side where what bodies add comes to rest; by default a quarter of the smaller size
     """
 
-    target: str | Point2 = reference("booms", "vessels", "bodies")
+    target: str | Point2 = reference("booms", "skimmers", "vessels", "bodies")
     spacing: Literal["live", "fine"] | float | None = None
     size: Point2 | None = quantity("m", default=None)
     depth: float | None = quantity("m", default=None, above=0.0)

@@ -21,7 +21,7 @@ from scenarios.schema.run_settings import BodyProbe, Probe, RunSettings
 from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, Placing, Waters, place_fleet
 from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.at_sea.land import Land, outlines_of, read_land, stream_along
+from scenarios.setup.at_sea.land import Corners, Land, outlines_of, read_land, read_outlines, stream_along
 from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
 from scenarios.setup.fill_lattice import empty_regions, off_lattice, placed_regions
 from scenarios.setup.fluid import clear_of, pipe_problems, water_level
@@ -45,13 +45,14 @@ QUICK = (
 class Layout:
     """Everything in its place at the start.
 
-    waters: at the start; land: by name; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region that
-    bodies overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of the bodies
+    waters: at the start; land, areas: by name; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region
+    that bodies overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of those
     that exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: as it moves undisturbed.
     """
 
     waters: Waters
     land: Mapping[str, Land]
+    areas: Mapping[str, Sequence[Corners]]
     positions: Mapping[str, Array]
     left_out: Mapping[str, str]
     fleet: Fleet
@@ -68,6 +69,7 @@ def lay_out(spec: RunSpec) -> Layout:
     problems += empty_regions(liquid.fill, regions, liquid.domain, fluid.particle_spacing, fluid.dimension)
     sea_spec = spec.sea_at(water_level(liquid, regions))
     waters, land = _waters(spec, sea_spec), read_land(spec.land, spec.site, problems)
+    areas = read_outlines("areas", spec.areas, spec.site, problems)
     own = own_solids(spec.bodies, problems)
     plan = Placing(
         vessels=spec.vessels, booms=spec.booms, moorings=spec.moorings, ties=spec.ties, tow=spec.tow, waters=waters
@@ -100,6 +102,7 @@ def lay_out(spec: RunSpec) -> Layout:
     return Layout(
         waters=waters,
         land=land,
+        areas=areas,
         positions=positions,
         left_out=dict(
             _left_out(regions, positions, fluid.particle_spacing**fluid.dimension)

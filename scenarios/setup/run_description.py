@@ -131,6 +131,7 @@ def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:
         period=scenario.period,
         wind=wind,
         criteria=as_data(scenario.criteria),
+        areas={name: tuple(outlines) for name, outlines in simulators.areas.items()},
         prices=as_data(scenario.prices) if scenario.prices else {},
         equipment=tuple(_describe_equipment(simulators)),
     )

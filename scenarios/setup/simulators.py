@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from scenarios.schema.exercise import body_of
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.setup.afloat.boom_remarks import boom_remarks, waterside_of
 from scenarios.setup.afloat.fleet import Fleet
+from scenarios.setup.at_sea.land import Corners
 from scenarios.setup.at_sea.run_sea import RunSea
 from scenarios.setup.cost import surfaces_off
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
@@ -47,7 +48,7 @@ class Simulators:
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, in words; sea: as it is now;
     facts: what comes of windows' resolution, in words;
     slicks: the oil that is parcels, one slick or none; skimmers: what takes it off the water; window: the box of particles of a
-    run at sea, which has `fluid`; None in other runs.
+    run at sea, which has `fluid`; None in other runs; areas: outlines [m] of those that are sensitive, by name.
     """
 
     scenario: RunSpec
@@ -67,6 +68,7 @@ class Simulators:
     slicks: tuple[SlickParticipant, ...] = ()
     skimmers: tuple[SkimmingParticipant, ...] = ()
     window: Window | None = None
+    areas: Mapping[str, Sequence[Corners]] = field(default_factory=dict)
 
     def positions(self, phase: str, time: float) -> NDArray[np.float32]:
         """Return where the particles (N, 3) [m] of a phase are at `time` [s], in the order of their ids."""
@@ -118,6 +120,7 @@ def build_simulators(spec: RunSpec) -> Simulators:
         facts=surfaces_off(spec),
         slicks=slicks,
         skimmers=skimmers,
+        areas=layout.areas,
     )
 
 

@@ -22,6 +22,7 @@ from scenarios.schema.liquid import (
     Tank,
     top_of_water,
 )
+from scenarios.schema.recovery import carrier_of
 from scenarios.schema.run_settings import BodyProbe, CameraSettings, RecordingSettings, RunSettings
 from scenarios.schema.sea import SeaSettings
 from scenarios.schema.tables import Tables
@@ -198,7 +199,7 @@ def resolve(scenario: Scenario | RunSpec) -> RunSpec:
     if isinstance(scenario, RunSpec):
         return scenario
     scenario = numbered(scenario)
-    recording, window = scenario.recording, _window(scenario)
+    recording, window = scenario.recording, _followed(_window(scenario), scenario)
     tank = None if window is not None or scenario.fidelity == "none" else scenario.tank
     interval = INTERVAL if tank else INTERVAL_AT_SEA
     if recording.checkpoint_interval is None:
@@ -233,6 +234,15 @@ def resolve(scenario: Scenario | RunSpec) -> RunSpec:
 
 def _window(scenario: Scenario) -> WindowTable | None:
     return None if scenario.fidelity == "none" else scenario.window
+
+
+def _followed(window: WindowTable | None, scenario: Scenario) -> WindowTable | None:
+    """Return the window as a run has it: one at a skimmer follows what carries that, or its place."""
+    if window is None or window.target not in scenario.skimmers:
+        return window
+    skimmer = scenario.skimmers[str(window.target)]
+    carrier = carrier_of(skimmer, {name: boom.segments for name, boom in scenario.booms.items()})
+    return replace(window, target=skimmer.place if carrier is None else carrier)
 
 
 def sea_of(settings: SeaSettings, tank: Tank | None, spacing: float, level: float) -> SeaSpec:

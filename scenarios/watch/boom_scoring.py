@@ -21,6 +21,7 @@ from scenarios.setup.simulators import Simulators
 from scenarios.spec.resolve import RunSpec
 from scenarios.watch.boom_score import BoomScore, Notice, Oil
 from scenarios.watch.collisions import Collisions
+from scenarios.watch.sensitive_areas import SensitiveAreas
 from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
@@ -48,6 +49,7 @@ class Scoring:
         self._announced_until = -math.inf  # [s]
         self._notices: list[Notice] = []
         self._collisions = Collisions()
+        self._areas = SensitiveAreas(simulators.areas)
         self.ledger = OilLedger()
         self.booms = tuple(
             BoomScore(
@@ -76,6 +78,12 @@ class Scoring:
         if self.booms and self._world is not None:
             self._advance_booms(time, self._world)
         self.ledger.close(self._rows())
+        self._notices += self._areas.advance(self._slicks)
+
+    @property
+    def oil_in_areas(self) -> Mapping[str, float]:
+        """The oil [m3] in each sensitive area at the last communication point."""
+        return self._areas.oil
 
     def _advance_booms(self, time: float, world: RigidBodyWorld) -> None:
         sea = self._sea.now
@@ -112,7 +120,7 @@ class Scoring:
             for boom in self.booms
             for key, value in boom.series().items()
         }
-        ledger = self.ledger.rows.series() if self._oils else {}
+        ledger = (self.ledger.rows.series() if self._oils else {}) | self._areas.series()
         of_skimmers = (one.series() for one in self._skimmers)
         return scores | {f"metrics/{name}": value for name, value in ledger.items()} | dict(ChainMap(*of_skimmers))
 

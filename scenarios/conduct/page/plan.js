@@ -134,6 +134,11 @@ export class PlanView {
     drawFurniture(pen, this); // below all that floats, so that it hides none of it
     for (const outline of Object.values(this.scene.bodies)) this.polygon(pen, outline, "#b9ae9c", "#6f6555");
     for (const boom of this.scene.booms) if (boom.area.length) this.polygon(pen, boom.area, "rgba(23,115,74,.12)", "#17734a");
+    for (const [name, outlines] of Object.entries(this.scene.areas)) {
+      for (const outline of outlines) this.polygon(pen, outline, "rgba(23,115,74,.12)", "#17734a");
+      const middle = outlines[0].reduce(([x, y], one) => [x + one[0] / outlines[0].length, y + one[1] / outlines[0].length], [0, 0]);
+      label(pen, name, ...this.at(...middle));
+    }
     this.drawTracks(pen);
     for (const boom of this.scene.booms) this.drawBoom(pen, boom, this.state.booms[boom.name]);
     drawEquipment(pen, this);

@@ -22,7 +22,7 @@ from oilsim.slick.barriers import Outline
 from recordings.model.exercise import LAND
 from recordings.model.tangent_plane import world_points
 from scenarios.schema.run_settings import SiteSettings
-from scenarios.schema.sea import LandSettings
+from scenarios.schema.sea import AreaSettings, LandSettings
 from scenarios.setup.solids.placed_solids import HELD_DENSITY, Solid
 from scenarios.text.problems import Problem, reason_of
 
@@ -104,6 +104,14 @@ def read_land(
     settings: Mapping[str, LandSettings], site: SiteSettings | None, problems: list[Problem]
 ) -> dict[str, Land]:
     """Return all land by name; what is wrong with an outline or a file is added to `problems`."""
+    found = read_outlines("land", settings, site, problems)
+    return {name: Land(outlines, settings[name].capacity) for name, outlines in found.items()}
+
+
+def read_outlines(
+    table: str, settings: Mapping[str, AreaSettings], site: SiteSettings | None, problems: list[Problem]
+) -> dict[str, tuple[Corners, ...]]:
+    """Return the outlines [m] of each entry of a table; what is wrong with one or with a file is added to `problems`."""
     found = {}
     for name, one in settings.items():
         key, file = ("outline", "") if one.outline else ("file", f"{Path(one.file).name}: ")
@@ -112,9 +120,9 @@ def read_land(
             for number, outline in enumerate(outlines, 1):
                 _require_land(f"polygon {number} " if file else "", outline)
         except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
-            problems.append(Problem(f"land.{name}.{key}", f"{file}{reason_of(error)}"))
+            problems.append(Problem(f"{table}.{name}.{key}", f"{file}{reason_of(error)}"))
             continue
-        found[name] = Land(outlines, one.capacity)
+        found[name] = outlines
     return found
 
 

@@ -28,9 +28,9 @@ from oilsim.slick.gradient_flow import joined_radius
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
-from scenarios.schema.exercise import BoomSettings, body_of, segment_names
+from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, Tank
-from scenarios.schema.recovery import SkimmerSettings
+from scenarios.schema.recovery import SkimmerSettings, carrier_of
 from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.afloat.boom_lines import track_off_reel
 from scenarios.setup.afloat.boom_losses import tension_of
@@ -46,12 +46,8 @@ def build_skimmers(
     """Build skimmers by their settings; none without oil on the water."""
     found = []
     for slick, (name, settings) in product(slicks, settings_of.items()):
-        body, offset = settings.on, np.array([*settings.place, 0.0])
-        if body is not None and body in booms:
-            count = len(booms[body].segments)
-            body = segment_names(body, count)[count // 2 if settings.segment is None else settings.segment]
-        elif body is not None:
-            body = body_of(body)
+        body = carrier_of(settings, {boom: len(layout.segments) for boom, layout in booms.items()})
+        offset = np.array([*settings.place, 0.0])
         design = settings.design(slick.slick.settings.water_density)
         one = SkimmingParticipant(f"skimmers/{name}", design, slick, body=body, offset=offset)
         one.skimmer.is_running = settings.running

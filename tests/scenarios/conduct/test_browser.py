@@ -203,6 +203,7 @@ def test_oil_on_the_plan_has_the_area_of_its_volume(served: Console) -> None:
 @pytest.mark.slow
 def test_the_boxes_show_what_is_ordered_until_somebody_types(served: Console) -> None:
     """An order that came elsewhere is in the box; what is typed stays until it is ordered."""
+    sync_api.expect.set_options(timeout=PATIENCE)
     with sync_api.sync_playwright() as player:
         page = browser(player).new_context(bypass_csp=True).new_page()
         page.set_default_timeout(PATIENCE)
