@@ -88,7 +88,7 @@ def wigley_hull(
     section = np.concatenate([half_breadth[:, ::-1], -half_breadth[:, 1:]], axis=1)
     height = np.concatenate([z[::-1], z[1:]])
     vertices = np.stack(np.broadcast_arrays(x[:, None], section, height[None, :]), axis=2)
-    return _closed_tube(vertices)
+    return closed_tube(vertices)
 
 
 def raked_barge(length: float, beam: float, draft: float, depth: float, *, rake: float = 0.0) -> trimesh.Trimesh:
@@ -161,7 +161,7 @@ def _check_stable(form: Hydrostatics, keel: float, center_of_gravity_height: flo
         )
 
 
-def _closed_tube(vertices: Array) -> trimesh.Trimesh:
+def closed_tube(vertices: Array) -> trimesh.Trimesh:
     """Close a tube of sections (S, K, 3) [m], deck included, to a mesh; edges and faces of no extent vanish."""
     sections, points = vertices.shape[:2]
     index = np.arange(sections * points).reshape(sections, points)

@@ -33,7 +33,7 @@ def legend(run: RunDescription) -> str:
         lines[-1] += " **Water** is drawn as small dots."
     if run.meshes:
         lines.append(
-            "Tab *Forces* shows the water's force on each body; an arrow of three body lengths is the body's whole buoyancy."
+            "Tab *Forces* shows the water's force on each body; an arrow of three body lengths is the buoyancy of the whole body as drawn."
         )
     return "\n\n".join(lines)
 

@@ -207,6 +207,7 @@ class MeshDescription:
         vertices: (V, 3) float32 [m].
         faces: (F, 3) uint32, indices of vertices, counter-clockwise seen from outside.
         color: red, green, blue, opacity (0 to 255), or None for the colour of the body's group.
+        face_colors: (F, 4) uint8, the same for each face by itself; None for one colour.
 
     Raises ValueError for arrays of other shapes, and for a face with a vertex that does not exist.
     """
@@ -214,12 +215,15 @@ class MeshDescription:
     vertices: npt.NDArray[np.float32]
     faces: npt.NDArray[np.uint32]
     color: Color | None = None
+    face_colors: npt.NDArray[np.uint8] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.array(self.vertices, dtype=np.float32))
         object.__setattr__(self, "faces", np.array(self.faces, dtype=np.uint32))
         _require_shape("mesh vertices", self.vertices, (None, 3))
         _require_shape("mesh faces", self.faces, (None, 3))
+        if self.face_colors is not None:
+            _require_shape("mesh face_colors", self.face_colors, (len(self.faces), 4))
         if len(self.faces) and int(self.faces.max()) >= len(self.vertices):
             raise ValueError(f"a mesh face has the vertex {self.faces.max()}, allowed: 0 to {len(self.vertices) - 1}")
 

@@ -67,7 +67,7 @@ class SurfaceFrame:
         inner = slice(rim, -rim or None)
         lines = (self.x[inner], self.y[inner])
         apart = [np.gradient(one) for one in lines]
-        fade = np.multiply.outer(*((one.min() / one) ** 2 for one in apart))
+        fade = np.multiply.outer(*((one.min() / one) ** 4 for one in apart))
         slopes = np.gradient(self.height[inner, inner].astype(np.float64), *lines)
         steep = -_RELIEF * fade * (_LIGHT[0] * slopes[0] + _LIGHT[1] * slopes[1]) / _LIGHT[2]
         light = np.pad(_FLAT + (1.0 - _FLAT) * np.tanh(_FLAT / (1.0 - _FLAT) * steep), rim, mode="edge")

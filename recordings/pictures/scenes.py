@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from recordings.model import palette
 from recordings.model.exercise import BoomDescription, is_ground
-from recordings.model.frame import BodyFrame, CameraView, Color, MeshDescription, PhaseDescription, RunDescription
+from recordings.model.frame import BodyFrame, CameraView, MeshDescription, PhaseDescription, RunDescription
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
 from recordings.replay.moments import Moment, placed_vertices
 
@@ -163,13 +163,12 @@ def _opaque(phase: PhaseDescription, phase_count: int) -> bool:
     return phase_count > 1 and not palette.is_water(phase)
 
 
-def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: BodyFrame) -> Color:
-    """Return a body's colour; the colour of a boom's segment shows its tension."""
+def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: BodyFrame) -> npt.ArrayLike:
+    """Return a body's colour, or one for each of its faces; the colour of a boom's segment shows its tension."""
     for boom in _booms(run):
         if name in boom.segments and not np.isnan(body.tension):
-            red, green, blue, opacity = palette.tension_color(body.tension, boom.full_tension)[0].tolist()
-            return red, green, blue, opacity
-    return palette.body_color(name, mesh)
+            return palette.tension_color(body.tension, boom.full_tension)
+    return palette.body_color(name, mesh) if mesh.face_colors is None else mesh.face_colors
 
 
 def _without_water(run: RunDescription, moment: Moment) -> Moment:

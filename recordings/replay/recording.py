@@ -312,7 +312,9 @@ class Replay:
                 color = _unpacked(int(factor.values[0])) if factor is not None and len(factor.values) else None
                 corners = vertices.values.astype(np.float32).reshape(-1, 3)
                 triangles = faces.values.astype(np.uint32).reshape(-1, 3)
-                mesh = MeshDescription(vertices=corners, faces=triangles, color=color)
+                painted = read_rows(chunk, "face_colors")
+                colors = None if painted is None else painted.values.astype(np.uint8).reshape(-1, 4)
+                mesh = MeshDescription(vertices=corners, faces=triangles, color=color, face_colors=colors)
                 names = read_rows(chunk, "names")
                 found |= dict.fromkeys([] if names is None else names.values.tolist(), mesh)
         return dict(sorted(found.items()))

@@ -227,10 +227,14 @@ class BodyWriter:
         shape = rr.Mesh3D(
             vertex_positions=corners.reshape(-1, 3),
             vertex_normals=np.repeat(normal, 3, axis=0),
-            albedo_factor=palette.body_color(name, mesh),
+            vertex_colors=None if mesh.face_colors is None else np.repeat(mesh.face_colors, 3, axis=0),
+            albedo_factor=palette.body_color(name, mesh) if mesh.face_colors is None else None,
             face_rendering="DoubleSided",
         )
-        described = rr.AnyValues(vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel(), names=list(drawn.names))
+        colors = {} if mesh.face_colors is None else {"face_colors": mesh.face_colors.ravel()}
+        described = rr.AnyValues(
+            vertices=mesh.vertices.ravel(), faces=mesh.faces.ravel(), names=list(drawn.names), **colors
+        )
         self._static(drawn.path, shape, described)
         if entity_paths.body_group(name) == entity_paths.VESSELS:
             self._static(entity_paths.label(name), appearance.name_over(mesh, name.partition("/")[2]))

@@ -91,7 +91,7 @@ def _describe_meshes(solids: Sequence[Solid]) -> dict[str, MeshDescription]:
         mesh, key = solid.placed.mesh, (id(solid.placed.mesh), solid.color)
         if key not in shapes:
             shapes[key] = MeshDescription(vertices=mesh.vertices, faces=mesh.faces, color=solid.color)
-        described[solid.name] = shapes[key]
+        described[solid.name] = shapes[key] if solid.drawn is None else solid.drawn
     return described
 
 

@@ -83,6 +83,10 @@ def test_description_comes_back(record: Callable[..., Path], made_up: ModuleType
         np.testing.assert_array_equal(read.meshes[name].vertices, mesh.vertices)
         np.testing.assert_array_equal(read.meshes[name].faces, mesh.faces)
         assert read.meshes[name].color == mesh.color
+        if mesh.face_colors is None:
+            assert read.meshes[name].face_colors is None
+        else:
+            np.testing.assert_array_equal(read.meshes[name].face_colors, mesh.face_colors)
     assert replay.end_reason == "completed"
     assert replay.repaired_from is None
 

@@ -30,6 +30,8 @@ _CUBE = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3
 def describe() -> RunDescription:
     """Oil on water in a tank with a boom of two segments, a vessel and a rock."""
     cube = MeshDescription(vertices=_CORNERS, faces=np.array([*_CUBE, [1, 5, 7], [1, 7, 3]]), color=(9, 8, 7, 255))
+    tints = np.arange(4 * len(cube.faces), dtype=np.uint8).reshape(-1, 4)
+    painted = MeshDescription(vertices=_CORNERS, faces=cube.faces, face_colors=tints)
     return RunDescription(
         name="made-up",
         text='name = "made-up"\n',
@@ -41,7 +43,7 @@ def describe() -> RunDescription:
                 name="oil", rest_density=840.0, dynamic_viscosity=0.1, is_oil=True, color=(50, 30, 10, 255)
             ),
         ),
-        meshes=dict.fromkeys(BODIES, cube),
+        meshes=dict.fromkeys(BODIES, cube) | {"vessels/port": painted},
         boundaries={"tank": np.random.default_rng(3).random((40, 3)).astype(np.float32)},
         camera=CameraView((-3.0, -3.0, 2.0), (0.5, 0.5, 0.0)),
     )

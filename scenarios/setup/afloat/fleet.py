@@ -36,6 +36,7 @@ from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import ASTERN, DriveModel
 from vessels.hull import Hull, float_hull, raked_barge, wigley_hull
 from vessels.hull_forces import HullForces
+from vessels.looks import drawn_vessel
 from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
 from vessels.windage import DRAG_COEFFICIENT, Windage
 
@@ -120,13 +121,12 @@ def place_fleet(plan: Placing, own_solids: Sequence[Solid], problems: list[Probl
     Those that cannot float or be laid are added to `problems`.
     """
     vessels: dict[str, Vessel] = {}
-    level = plan.waters.level
     for name, settings in plan.vessels.items():
         try:
             vessels[name] = _vessel(name, settings, plan.tow, plan.waters)
         except ValueError as error:
             problems.append(Problem(f"vessels.{name}", f"cannot float: {error}"))
-    solids = [_afloat(vessel, level) for vessel in vessels.values()]
+    solids = [_afloat(vessel, plan) for vessel in vessels.values()]
     joints: list[PlacedJoint] = []
     booms: dict[str, BoomLayout] = {}
     lines: list[PlacedLine] = []
@@ -252,8 +252,10 @@ def course_of(settings: VesselSettings, tow: TowSettings | None) -> Course | Non
     return Course(legs=tuple(legs))
 
 
-def _afloat(vessel: Vessel, water_level: float) -> Solid:
-    position, orientation = vessel.initial_pose(water_level)
+def _afloat(vessel: Vessel, plan: Placing) -> Solid:
+    position, orientation = vessel.initial_pose(plan.waters.level)
+    settings = plan.vessels[vessel.name]
+    with_lines = settings.shape == "barge" and plan.waters.spacing is None
     placed = PlacedBody(
         name=body_of(vessel.name),
         mesh=vessel.hull.mesh,
@@ -261,7 +263,7 @@ def _afloat(vessel: Vessel, water_level: float) -> Solid:
         position=position,
         orientation=orientation,
     )
-    return Solid(placed=placed)
+    return Solid(placed=placed, drawn=drawn_vessel(vessel.hull, settings.superstructure_area, with_lines=with_lines))
 
 
 @dataclass(kw_only=True, eq=False)

@@ -20,7 +20,7 @@ from coupling.solids.surface_sampling import SurfaceSampling, particles_of, samp
 from coupling.solids.thin_parts import HELD
 from oilsim import BoundaryParticles
 from oilsim.core.phases import RIGHT_ANGLE
-from recordings.model.frame import Color
+from recordings.model.frame import Color, MeshDescription
 from scenarios.schema.bodies import Body, BoxBody, CylinderBody, Fixed, MeshBody, RockBody, SineMotion, SphereBody
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.text.problems import Problem, problems_of
@@ -36,7 +36,7 @@ class Solid:
     """A body with its place, how it moves, and whether the liquid meets it.
 
     is_hull: it is a ship with its bow along x, for loads without particles;
-    notes: what was mended of its mesh, and what hollows it has, in words.
+    notes: what was mended of its mesh, and what hollows it has, in words; drawn: how pictures show it, None for the mesh of `placed`.
     """
 
     placed: PlacedBody
@@ -49,6 +49,7 @@ class Solid:
     contact_angle: float = RIGHT_ANGLE
     color: Color | None = None
     notes: tuple[str, ...] = ()
+    drawn: MeshDescription | None = None
 
     @property
     def name(self) -> str:
