@@ -1,4 +1,4 @@
-"""How a vessel is drawn: her hull, deck and wheelhouse in their colours. No computation sees these shapes."""
+"""Shapes by which a vessel is drawn: her hull, deck and wheelhouse in their colours. No computation sees these shapes."""
 
 from __future__ import annotations
 

@@ -102,7 +102,8 @@ class SlickParticipant(Participant):
 
     sea: what carries the slick; loss_rate: closures; beach: its waterline is an outline of the slick, and booms that seal do so on it.
     `sources` holds the oil that runs out, and may grow between
-    steps. Releases and recovery are calls of the slick, between steps. Raises ValueError for a boom that the slick does not have, or has
+    steps; one may lie on a body of a boom or hull, or on one of the `carriers`. Releases and recovery are calls of
+    the slick, between steps. Raises ValueError for a boom that the slick does not have, or has
     with another number of segments.
     """
 
@@ -118,6 +119,7 @@ class SlickParticipant(Participant):
         hulls: Sequence[HullBody] = (),
         loss_rate: LossRate = no_loss,
         beach: Beach | None = None,
+        carriers: Sequence[str] = (),
     ) -> None:
         self.particles: OilParticles | None = None
         self.sources: list[SpillSource] = []
@@ -129,7 +131,7 @@ class SlickParticipant(Participant):
             segments = self._rows[boom.name].stop - self._rows[boom.name].start
             if segments != len(boom.bodies):
                 raise ValueError(f"{name!r}: boom {boom.name!r} has {len(boom.bodies)} bodies, allowed: {segments}")
-        named = [*(body for boom in booms for body in boom.bodies), *(hull.body for hull in hulls)]
+        named = [*(body for boom in booms for body in boom.bodies), *(hull.body for hull in hulls), *carriers]
         self.bodies = tuple(dict.fromkeys(named))
         place = {body: row for row, body in enumerate(self.bodies)}
         self._boom_rows = [np.array([place[body] for body in boom.bodies], dtype=np.int64) for boom in booms]
@@ -235,7 +237,9 @@ class SlickParticipant(Participant):
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s] in one step of the slick."""
         for source in self.sources:  # first of all: a waterline that moves in this step meets the new oil, too
-            source.pour(self._slick, time, step_size)
+            is_carried = source.body and self._poses is not None
+            pose = self._poses[self.bodies.index(source.body)] if is_carried else None  # type: ignore[index]
+            source.pour(self._slick, time, step_size, pose)
         self._move_barriers(time + step_size)
         if self.particles is not None:
             relative = self._slick.relative_velocity(self._water or self._flow, time, step_size)

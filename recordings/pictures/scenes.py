@@ -47,7 +47,7 @@ class SceneView:
 
     @property
     def note(self) -> str:
-        """What the pictures show otherwise than it is, in words; empty if nothing."""
+        """The things that pictures show otherwise than they are, in words; empty if none."""
         return f"boom drawn {self._widened:.2g} times as high as it is" if self._widened > 1.0 else ""
 
     def draw(self, moment: Moment) -> Points:

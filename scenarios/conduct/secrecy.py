@@ -1,4 +1,4 @@
-"""What a page is not told: injects before they are noticed, faults that the instructor makes, marks and notes.
+"""Secrets of a console: injects before they are noticed, faults that the instructor makes, marks and notes.
 
 Crews and observers get an inject's text, without its name and its orders, and of orders those that a crew hears or sees: courses and
 speeds, winches, the weather, and all that acts on its own vessel and skimmers.

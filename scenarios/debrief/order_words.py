@@ -124,7 +124,8 @@ def _release_in_words(pipe: str, written: str) -> str:
         seconds = volume / (math.pi * float(settings["radius"]) ** 2 * float(settings["speed"]))
     except (ValueError, TypeError, KeyError, ZeroDivisionError):
         return ""
-    return f"pipe {pipe} releases {volume_in_words(volume)} within {three_figures(seconds)} s"
+    beside = f" beside {settings['on']}" if settings.get("on") else ""
+    return f"pipe {pipe} releases {volume_in_words(volume)}{beside} within {three_figures(seconds)} s"
 
 
 _WORDS: Mapping[str, Callable[[float, str], str]] = {

@@ -121,6 +121,7 @@ BARRED: tuple[tuple[str, Callable[[Parts], bool], str], ...] = (
     ("booms.*.pocket", _has_boxes, "at the fidelity none; particles would meet a skirt"),
     ("booms.*.reel", _has_boxes, "at the fidelity none; particles would meet a skirt"),
     ("booms.*.reel", _has_shore, "without [shore]; on a beach, a tie with `place` pays out"),
+    ("emitters.*.on", _has_tank, "without a tank, in which the pipe stands"),
     ("skimmers", _has_tank, "without a tank; skimmers take parcels, not particles"),
     *((table, _is_plane, f"{_SPACE}; a tank that repeats along y (tank.periodic) is a plane with bodies")
       for table in ("bodies", "vessels", "booms", "moorings", "emitters")),

@@ -326,6 +326,7 @@ Fill = BlockFill | SlabFill | CylinderFill
 class PipeEmitterSettings(Section):
     """A round pipe through which a phase flows in.
 
+    on         a vessel that it stays with, without particles: then `mouth` is ahead and to port of midships
     mouth      [m] centre of its mouth; the pipe extends three spacings behind it, and lies inside the tank and in no body
     direction  of the flow, of any length
     radius     [m] of the pipe
@@ -336,6 +337,7 @@ class PipeEmitterSettings(Section):
 
     RELATIONS: ClassVar[tuple[Relation, ...]] = (directed("direction"),)
     phase: str = reference("phases")
+    on: str | None = reference("vessels", default=None)
     mouth: Vector = quantity_of(PipeEmitter, "mouth")
     direction: Vector = quantity_of(PipeEmitter, "direction", default=(0.0, 0.0, -1.0))
     radius: float = quantity_of(PipeEmitter, "radius")

@@ -180,8 +180,16 @@ def _slicks(spec: RunSpec, layout: Layout) -> tuple[SlickParticipant, ...]:
     from scenarios.setup.at_sea.parcels import build_slick
 
     with problems_of("fill", "cannot become a slick"):
+        carriers = [body_of(vessel.name) for vessel in layout.fleet.vessels]
         one = build_slick(
-            spec.liquid, spec.run, spec.booms, layout.sea, layout.fleet.booms, layout.waters.beach, layout.land
+            spec.liquid,
+            spec.run,
+            spec.booms,
+            layout.sea,
+            layout.fleet.booms,
+            layout.waters.beach,
+            layout.land,
+            carriers,
         )
     return (one,)
 

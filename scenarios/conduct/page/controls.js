@@ -107,13 +107,12 @@ function releaseControls(place, scene, link) {
   document.getElementById("spill-time").value = 60;
   when(box, "button", () => {
     const state = window.conduct.state, beside = document.getElementById("spill-place").value, { radius, height } = scene.pipe;
-    const own = state.vessels[beside], size = scene.vessels.find((one) => one.name === beside);
-    const place = own ? [own.x - (size.beam + 1) * Math.sin(own.heading), own.y + (size.beam + 1) * Math.cos(own.heading)] : window.conduct.plan.pin;
+    const vessel = scene.vessels.find((one) => one.name === beside), place = vessel ? [0, vessel.beam + 1] : window.conduct.plan.pin;
     if (!place) return link.on({ kind: "refused", problems: [["the place", "is not chosen, allowed: a double-click on the plan sets the pin"]] });
     const litres = value("spill-volume"), name = `release-${Object.keys(state.pipes).length + 1}`;
     const speed = litres / 1000 / value("spill-time") / (Math.PI * radius ** 2);
     const oil = JSON.stringify(document.getElementById("spill-oil").value), mouth = [...place, height].join(",");
-    return link.give("order", { settings: [`emitters.${name}={phase=${oil},mouth=[${mouth}],direction=[0.0,0.0,-1.0],radius=${radius},speed=${speed},start=${state.time},volume=${litres / 1000}}`] });
+    return link.give("order", { settings: [`emitters.${name}={phase=${oil},${vessel ? `on=${JSON.stringify(beside)},` : ""}mouth=[${mouth}],direction=[0.0,0.0,-1.0],radius=${radius},speed=${speed},start=${state.time},volume=${litres / 1000}}`] });
   });
 }
 

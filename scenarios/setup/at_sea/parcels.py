@@ -28,7 +28,7 @@ from oilsim.slick.gradient_flow import joined_radius
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.slick.spill_source import SpillSource
-from scenarios.schema.exercise import BoomSettings
+from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, Tank
 from scenarios.schema.recovery import SkimmerSettings, carrier_of
 from scenarios.schema.run_settings import RunSettings
@@ -122,8 +122,9 @@ def build_slick(
     booms: Mapping[str, BoomLayout],
     beach: Beach | None,
     land: Mapping[str, Land],
+    carriers: Sequence[str],
 ) -> SlickParticipant:
-    """Build the slick of the oil that is filled in, or may be poured, among booms by their settings."""
+    """Build the slick of the oil that is filled in, or may be poured, among booms by their settings; `carriers` may carry sources."""
     spills = {name: spill_of(fill, liquid.domain) for name, fill in liquid.spills.items()}
     bodies = [_boom_bodies(name, layout, settings_of[name]) for name, layout in booms.items()]
     sources = oil_sources(liquid)
@@ -146,7 +147,13 @@ def build_slick(
             oil, spill.volume, count=PARCELS, center=spill.center, radius=spill.radius, age=_age(spill, oil, settings)
         )
     participant = SlickParticipant(
-        SLICK, slick, carrying_sea(sea, booms), booms=bodies, loss_rate=_losses(settings_of, slick, booms), beach=beach
+        SLICK,
+        slick,
+        carrying_sea(sea, booms),
+        booms=bodies,
+        loss_rate=_losses(settings_of, slick, booms),
+        beach=beach,
+        carriers=carriers,
     )
     participant.sources.extend(sources.values())
     return participant
@@ -202,6 +209,7 @@ def oil_sources(liquid: LiquidSpec) -> dict[str, SpillSource]:
             rate_of(pipe),
             start=pipe.start,
             volume=pipe.volume,
+            body="" if pipe.on is None else body_of(pipe.on),
         )
         for name, pipe in liquid.sources.items()
     }
