@@ -1,40 +1,32 @@
-"""The catalogue of booms: classes and products by name, each figure with its source, and `assumed` where it has none.
+"""The catalogue of booms: classes and products by name, from `catalogue.toml`.
 
-The figures stand in `catalogue.toml`. `maximum_speed` is the speed that the boom withstands. It holds oil only up to about 0.7 knots
-normal to it.
+`maximum_speed` is the speed that the boom withstands. It holds oil only up to about 0.7 knots normal to it.
 """
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.resources import files
-from types import MappingProxyType
-from typing import Any, Literal
+from typing import Literal
 
 from booms.boom import Boom, BoomDesign
 from booms.fast_water import Pocket
+from oilsim.core.catalogue import CatalogueEntry, read_catalogue
 from oilsim.core.physical_constants import KNOT, SEA_WATER_DENSITY
 
 Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "high-speed"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class CatalogueBoom:
+class CatalogueBoom(CatalogueEntry):
     """A boom of the catalogue.
 
     skirt_depth, freeboard, base_width [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] between connectors;
-    strength, connector_strength [N] at which it and its connectors part; maximum_speed_kn [kn]. A figure is None if it is not known.
-    pocket: of a boom for fast water; assumed: names of the figures that are usual ones, not the source's.
+    strength, connector_strength [N] at which it and its connectors part; maximum_speed_kn [kn]; pocket: of a boom for fast water.
     """
 
-    name: str
-    title: str
     kind: Kind
-    source: str
-    assumed: tuple[str, ...]
     skirt_depth: float
     freeboard: float
     buoyancy_to_weight: float
@@ -71,11 +63,4 @@ class CatalogueBoom:
 @lru_cache(maxsize=1)
 def catalogue() -> Mapping[str, CatalogueBoom]:
     """Read the catalogue, by name."""
-    tables = tomllib.loads(files("booms").joinpath("catalogue.toml").read_text(encoding="utf-8"))
-    return MappingProxyType({name: _entry(name, table) for name, table in tables.items()})
-
-
-def _entry(name: str, table: dict[str, Any]) -> CatalogueBoom:
-    """Return an entry from its table in the file."""
-    parts = {key: kind(**table[key]) for key, kind in (("pocket", Pocket),) if key in table}
-    return CatalogueBoom(name=name, **(table | parts | {"assumed": tuple(table["assumed"])}))
+    return read_catalogue("booms", "catalogue.toml", CatalogueBoom, pocket=Pocket)

@@ -18,7 +18,7 @@ from scenarios.commands import catalogs, check, conduct, export, fmu, order, pla
 from scenarios.text.problems import BAD_INPUT, DONE, INTERRUPTED, ScenarioError
 
 REGISTER = (
-    shipped.register_list, shipped.register_new, catalogs.register_oils, catalogs.register_booms, check.register, run.register,
+    shipped.register_list, shipped.register_new, catalogs.register_oils, catalogs.register_equipment, check.register, run.register,
     conduct.register, order.register, sweep.register, playback.register_replay, playback.register_debrief, playback.register_compare,
     playback.register_verify, playback.register_report, export.register, playback.register_repair, fmu.register_signals,
     fmu.register_build, fmu.register_export,

@@ -1,10 +1,12 @@
-"""`oilsim booms | oils`: the catalogues of booms and oils, and the card of one."""
+"""`oilsim booms | vessels | skimmers | oils`: the catalogues, and the card of one entry."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from oilsim.core.physical_constants import POUND_FORCE
 from scenarios.oils.properties import ZERO_CELSIUS
@@ -13,83 +15,109 @@ from scenarios.text.problems import DONE
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from booms.catalog import CatalogueBoom
+    from oilsim.core.catalogue import CatalogueEntry
     from scenarios.oils.properties import OilRecord
 
 
-def register_booms(commands: argparse._SubParsersAction) -> None:
-    """Add the subcommand's parser to `commands`."""
-    parser = commands.add_parser("booms", help="list the booms that a scenario may name, or show the card of one")
-    parser.add_argument("name", metavar="NAME", nargs="?", help="name of a boom")
-    parser.set_defaults(command=_booms)
+class Shelf(NamedTuple):
+    """A catalogue that a command lists: the module that reads it, what its entries are, and the figures of the list."""
+
+    module: str
+    what: str
+    columns: tuple[str, ...]
 
 
-def _booms(options: argparse.Namespace) -> int:
-    from booms.catalog import catalogue
+SHELVES = {
+    "booms": Shelf("booms.catalog", "boom", ("skirt_depth", "freeboard", "strength")),
+    "vessels": Shelf("vessels.catalog", "vessel", ("length", "beam", "draft", "bollard_pull", "speed_kn")),
+    "skimmers": Shelf(
+        "booms.recovery.catalog", "skimmer", ("kind", "nameplate", "recovery_efficiency", "swath", "storage")
+    ),
+}
+UNITS = {
+    "nameplate": "{:g} m3/h of fluid",
+    "storage": "{:g} m3",
+    "recovery_efficiency": "{:.3g} of the fluid is oil",
+    "buoyancy_to_weight": "{:g}:1, gross",
+    "ballast_fraction": "{:.0%} of the mass at the skirt's foot",
+    "maximum_speed_kn": "{:g} kn across the boom",
+    "speed_kn": "{:g} kn",
+    "speed_ratio": "{:g} of the speed outside",
+    "volume": "{:g} m3 of oil",
+}  # figures whose unit is neither metres nor newtons
+FORCES = ("strength", "connector_strength", "bollard_pull")
+
+
+def register_equipment(commands: argparse._SubParsersAction) -> None:
+    """Add the parsers of the subcommands that list equipment to `commands`."""
+    for command, shelf in SHELVES.items():
+        parser = commands.add_parser(
+            command, help=f"list the {command} that a scenario may name, or show the card of one"
+        )
+        parser.add_argument("name", metavar="NAME", nargs="?", help=f"name of a {shelf.what}")
+        parser.set_defaults(command=_equipment, shelf=command)
+
+
+def _equipment(options: argparse.Namespace) -> int:
     from scenarios.text.problems import Problem, ScenarioError, unknown
     from scenarios.text.terminal import terminal
 
-    known = catalogue()
+    shelf = SHELVES[options.shelf]
+    known: Mapping[str, CatalogueEntry] = import_module(shelf.module).catalogue()
     if options.name is None:
-        terminal().print(_list_of_booms(known.values()))
+        terminal().print(_list(known.values(), shelf, options.shelf))
     elif options.name in known:
-        terminal().print(_card_of_boom(known[options.name]))
+        terminal().print(_card(known[options.name]))
     else:
-        text = f"is {options.name!r}, which {unknown(options.name, known, 'boom of the catalogue')}"
+        text = f"is {options.name!r}, which {unknown(options.name, known, f'{shelf.what} of the catalogue')}"
         raise ScenarioError([Problem("NAME", text)], "oilsim")
     return DONE
 
 
-def _list_of_booms(entries: Iterable[CatalogueBoom]) -> Table:
+def _list(entries: Iterable[CatalogueEntry], shelf: Shelf, command: str) -> Table:
     from rich.table import Table
 
-    table = Table("name", "boom", "skirt", "freeboard", "strength")
+    heads = [name.removesuffix("_kn").removesuffix("_depth").replace("_", " ") for name in shelf.columns]
+    table = Table("name", shelf.what, *heads)
     for entry in entries:
-        strength = "" if entry.strength is None else f"{entry.strength / 1e3:.0f} kN"
-        table.add_row(entry.name, entry.title, _metres(entry.skirt_depth), _metres(entry.freeboard), strength)
-    table.caption = 'in a scenario: boom = "NAME"; sources with: oilsim booms NAME'
+        table.add_row(
+            entry.name, entry.title, *(_told(name, getattr(entry, name), short=True) for name in shelf.columns)
+        )
+    table.caption = f'in a scenario: {shelf.what} = "NAME"; sources with: oilsim {command} NAME'
     return table
 
 
-def _card_of_boom(entry: CatalogueBoom) -> Table:
+def _card(entry: CatalogueEntry) -> Table:
     from rich.table import Table
 
     card = Table(show_header=False, title=f"{entry.name}: {entry.title}", title_justify="left")
-    numbers = {
-        "skirt_depth": _metres(entry.skirt_depth),
-        "freeboard": _metres(entry.freeboard),
-        "buoyancy_to_weight": "" if entry.buoyancy_to_weight is None else f"{entry.buoyancy_to_weight:g}:1, gross",
-        "ballast_fraction": f"{entry.ballast_fraction:.0%} of the mass at the skirt's foot",
-        "section_length": _metres(entry.section_length),
-        "connector": entry.connector,
-        "strength": ""
-        if entry.strength is None
-        else f"{entry.strength / 1e3:.3g} kN ({entry.strength / POUND_FORCE:,.0f} lb)",
-        "connector_strength": "" if entry.connector_strength is None else f"{entry.connector_strength / 1e3:.3g} kN",
-        "maximum_speed_kn": "" if entry.maximum_speed_kn is None else f"{entry.maximum_speed_kn:g} kn across the boom",
-    }
-    card.add_row("kind", entry.kind)
-    for name, value in numbers.items():
-        if value:
-            card.add_row(
-                name.removesuffix("_kn").replace("_", " "), value + (" (assumed)" if name in entry.assumed else "")
-            )
-    for name, value in _parts(entry):
-        card.add_row(name.replace(".", " ").replace("_", " "), value + (" (assumed)" if name in entry.assumed else ""))
+    for path, value in _figures(entry):
+        name = path.rpartition(".")[2]
+        mark = " (assumed)" if path in entry.assumed else ""
+        card.add_row(path.removesuffix("_kn").replace(".", " ").replace("_", " "), _told(name, value) + mark)
     card.add_row("source", entry.source)
     return card
 
 
-def _parts(entry: CatalogueBoom) -> Iterator[tuple[str, str]]:
-    """Yield the figures of a boom for fast water, by name, in words."""
-    if entry.pocket is not None:
-        yield "pocket.length", f"{_metres(entry.pocket.length)} of the boom"
-        yield "pocket.speed_ratio", f"{entry.pocket.speed_ratio:g} of the speed outside"
-        yield "pocket.volume", f"{entry.pocket.volume:g} m3 of oil"
+def _figures(entry: Any, above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the figures of an entry that are known, and of its parts, by name."""
+    for item in fields(entry):
+        value = getattr(entry, item.name)
+        if is_dataclass(value):
+            yield from _figures(value, f"{item.name}.")
+        elif value not in (None, "") and item.name not in ("name", "title", "source", "assumed"):
+            yield above + item.name, value
 
 
-def _metres(length: float | None) -> str:
-    return "" if length is None else f"{length:.3g} m"
+def _told(name: str, value: Any, *, short: bool = False) -> str:
+    """Say a figure with its unit; in short, without what the name says."""
+    if value is None or isinstance(value, str):
+        return value or ""
+    if name in FORCES:
+        told = f"{value / 1e3:.3g} kN"
+        return told if short else f"{told} ({value / POUND_FORCE:,.0f} lb)"
+    told = UNITS.get(name, "{:.3g} m").format(value)
+    return told.partition(" of ")[0] if short else told
 
 
 def register_oils(commands: argparse._SubParsersAction) -> None:

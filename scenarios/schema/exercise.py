@@ -7,20 +7,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
 from booms.boom import BoomDesign
-from booms.catalog import catalogue
+from booms.catalog import catalogue as boom_catalogue
 from booms.fast_water import Pocket
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.bodies import crosses_itself
 from scenarios.schema.criteria import Deployment
+from scenarios.schema.parsing.from_catalogue import CatalogueSection
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from scenarios.schema.parsing.relations import Relation, above, at_most_one, exactly_one, only_with, reference, together
-from scenarios.text.problems import Problem, ScenarioError, unknown
+from scenarios.text.problems import Problem
+from vessels.catalog import catalogue as vessel_catalogue
 from vessels.course import CourseLeg
 from vessels.drive import Drive
 from vessels.hull_size import HullSize
@@ -77,9 +79,11 @@ class TowSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
-class VesselSettings(Section, HullSize):
+class VesselSettings(CatalogueSection, HullSize):
     """A vessel that floats at its draft, with thrust and steering under orders.
 
+    vessel        name of a vessel of the catalogue (`oilsim vessels`), which gives length, beam, draft, depth and bollard_pull where they
+                  are not stated here; without it, they must be
     length, beam, draft, depth  [m] of the hull
     shape         "wigley" (the lines of a ship) or "barge" (raked ends)
     position      [m] (x, y) of midships at the start
@@ -106,6 +110,11 @@ class VesselSettings(Section, HullSize):
     """
 
     COMPASS: ClassVar[str | None] = "heading_compass"
+    KEY = "vessel"
+    CATALOGUE = staticmethod(vessel_catalogue)
+    USUAL_VALUES: ClassVar[Mapping[str, Any]] = MappingProxyType(
+        dict.fromkeys(("length", "beam", "draft", "depth", "bollard_pull"), MISSING)
+    )
     RELATIONS: ClassVar[tuple[Relation, ...]] = (
         above("depth", "draft"),
         exactly_one("drive", "yaw_moment"),
@@ -114,6 +123,11 @@ class VesselSettings(Section, HullSize):
         at_most_one("legs", "waypoints"),
         together("waypoints", "transit"),
     )
+    vessel: str | None = None
+    length: float = quantity_of(HullSize, "length", default=None)
+    beam: float = quantity_of(HullSize, "beam", default=None)
+    draft: float = quantity_of(HullSize, "draft", default=None)
+    depth: float = quantity_of(HullSize, "depth", default=None)
     shape: Literal["wigley", "barge"] = "barge"
     position: Point2 = quantity("m")
     heading: float = quantity("rad", default=0.0)
@@ -122,7 +136,7 @@ class VesselSettings(Section, HullSize):
     waypoints: tuple[Point2, ...] = quantity("m", default=())
     transit: float | None = quantity("m/s", default=None, above=0.0, at_most=20.0)
     depart: float = quantity("s", default=0.0, at_least=0.0)
-    bollard_pull: float = quantity_of(Propulsion, "bollard_pull")
+    bollard_pull: float = quantity_of(Propulsion, "bollard_pull", default=None)
     yaw_moment: float | None = quantity_of(Propulsion, "yaw_moment", default=None)
     drive: Drive | None = None
     side_thrust: float = quantity_of(Propulsion, "side_thrust")
@@ -176,30 +190,8 @@ class ReelSettings(Section):
     paid_out: float | None = quantity("m", default=None, above=0.0)
 
 
-FROM_CATALOGUE: Mapping[str, Any] = MappingProxyType(
-    {
-        "skirt_depth": None,
-        "freeboard": None,
-        "buoyancy_to_weight": 5.0,
-        "ballast_fraction": BoomDesign.ballast_fraction,
-        "base_width": None,
-        "strength": None,
-        "section_length": None,
-        "connector_strength": None,
-        "pocket": None,
-    }
-)
-"""Values of a boom that its catalogue entry gives, and those of a boom without one."""
-
-
-def _boom_problems(name: object) -> Iterator[Problem]:
-    """Yield why a scenario cannot lay a boom of the catalogue by this name."""
-    if not isinstance(name, str) or name not in catalogue():
-        yield Problem("boom", f"is {name!r}, which {unknown(str(name), list(catalogue()), 'boom of the catalogue')}")
-
-
 @dataclass(frozen=True, kw_only=True)
-class BoomSettings(Section):
+class BoomSettings(CatalogueSection):
     """A boom of jointed segments, laid in a U or along a line between two ends.
 
     ends                for each end, the name of a vessel or a fixed point (x, y) [m]; two points must be nearer to each other than the
@@ -240,6 +232,21 @@ class BoomSettings(Section):
     parted              numbers of the joints that have parted, counted from 1 at the first end to segments - 1
     """
 
+    KEY = "boom"
+    CATALOGUE = staticmethod(boom_catalogue)
+    USUAL_VALUES: ClassVar[Mapping[str, Any]] = MappingProxyType(
+        {
+            "skirt_depth": MISSING,
+            "freeboard": MISSING,
+            "buoyancy_to_weight": 5.0,
+            "ballast_fraction": BoomDesign.ballast_fraction,
+            "base_width": None,
+            "strength": None,
+            "section_length": None,
+            "connector_strength": None,
+            "pocket": None,
+        }
+    )
     RELATIONS: ClassVar[tuple[Relation, ...]] = (
         only_with("line_stiffness", "tow_line"),
         only_with("line_breaking_load", "line_stiffness"),
@@ -279,23 +286,6 @@ class BoomSettings(Section):
         return self.deployment or ("sweep" if towed else "containment")
 
     parted: tuple[int, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Take what is not stated from the catalogue, then check everything; ScenarioError with every problem."""
-        found = [] if self.boom is None else list(_boom_problems(self.boom))
-        entry = None if found or self.boom is None else catalogue()[self.boom]
-        for name, usual in FROM_CATALOGUE.items():
-            if getattr(self, name) is None:
-                object.__setattr__(self, name, usual if entry is None else getattr(entry, name))
-        lacking = [] if found else [name for name in ("skirt_depth", "freeboard") if getattr(self, name) is None]
-        found += [Problem(name, "is missing, allowed: a value, or boom = a name of the catalogue") for name in lacking]
-        try:
-            super().__post_init__()
-        except ScenarioError as error:
-            told = {problem.path for problem in found} | ({"skirt_depth", "freeboard"} if found else set())
-            found += [problem for problem in error.problems if problem.path not in told]
-        if found:
-            raise ScenarioError(found, "BoomSettings")
 
     def strength_of(self, joint: int) -> float | None:
         """Return the tension [N] at which a joint, counted from 1, parts; None if none does."""
