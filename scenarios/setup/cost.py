@@ -216,14 +216,13 @@ def _told(spec: RunSpec, solids: Sequence[Solid], level: float, interfaces: Sequ
     fills += surfaces_off(spec)
     if not solids or not spec.tanks:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed)
-    from scenarios.setup.afloat.boom_remarks import boom_remarks, waterside_of
+    from scenarios.setup.afloat.boom_remarks import boom_remarks
     from scenarios.setup.solids.thin_bodies import thin_bodies, thin_samplings
 
     thin = thin_bodies(solids, thin_samplings(solids, fluid.particle_spacing), fluid.particle_spacing)
-    around = waterside_of(spec, level)
     return (
         *fills, *(note for solid in solids for note in solid.notes), *thin.values(),
-        *boom_remarks(spec.booms, around).values(), *assumed,
+        *boom_remarks(spec, level).values(), *assumed,
     )  # fmt: skip
 
 

@@ -17,8 +17,8 @@ from recordings.model.words import volume_in_words
 from scenarios.schema.bodies import SineMotion
 from scenarios.schema.exercise import joint_name
 from scenarios.schema.liquid import Tank
-from scenarios.schema.run_settings import BodyProbe, Probe, RunSettings
-from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, Placing, Waters, place_fleet
+from scenarios.schema.run_settings import BodyProbe, Probe
+from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, Waters, place_fleet
 from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.at_sea.land import Corners, Land, outlines_of, read_land, read_outlines, stream_along
@@ -71,10 +71,7 @@ def lay_out(spec: RunSpec) -> Layout:
     waters, land = _waters(spec, sea_spec), read_land(spec.land, spec.site, problems)
     areas = read_outlines("areas", spec.areas, spec.site, problems)
     own = own_solids(spec.bodies, problems)
-    plan = Placing(
-        vessels=spec.vessels, booms=spec.booms, moorings=spec.moorings, ties=spec.ties, tow=spec.tow, waters=waters
-    )
-    fleet = place_fleet(plan, own, problems)
+    fleet = place_fleet(spec, waters, own, problems)
     shores = () if waters.beach is None else (shore_solid(waters.beach, sea_spec.depth),)
     grounds = (one.solid(name, sea_spec.level, sea_spec.depth) for name, one in land.items())
     solids = (*own, *fleet.solids, *shores, *grounds)
@@ -93,7 +90,7 @@ def lay_out(spec: RunSpec) -> Layout:
     coupled = _coupled(spec.probes, solids)
     # windows meet fixed bodies by their poses in the world too
     met = coupled or (spec.window and any(solid.wetted for solid in solids))
-    world = _world(plan, liquid, spec.run, solids, fleet, problems) if met else None
+    world = _world(spec, waters, solids, fleet, problems) if met else None
     sea = _sea(spec, sea_spec, land, problems)
     if problems or sea is None:
         raise ScenarioError(problems, spec.name)
@@ -199,16 +196,18 @@ def _sampling_problems(solids: Sequence[Solid], spacing: float) -> Iterator[Prob
 
 
 def _world(
-    plan: Placing,
-    liquid: LiquidSpec,
-    run: RunSettings,
+    spec: RunSpec,
+    waters: Waters,
     solids: Sequence[Solid],
     fleet: Fleet,
     problems: list[Problem],
 ) -> RigidBodyWorld:
     """Put all solids and joints into one rigid-body world, with the tank's walls if a body could run into them."""
-    sub_step, beach = SUB_STEP if liquid.in_tank else SEA_SUB_STEP, plan.waters.beach
-    world = RigidBodyWorld(gravity=liquid.fluid.gravity, sub_step=sub_step, communication_step=run.communication_step)
+    liquid, beach = spec.liquid, waters.beach
+    sub_step = SUB_STEP if liquid.in_tank else SEA_SUB_STEP
+    world = RigidBodyWorld(
+        gravity=liquid.fluid.gravity, sub_step=sub_step, communication_step=spec.run.communication_step
+    )
     for solid in solids:
         placed = solid.placed
         x, y, z, w = (float(part) for part in placed.orientation)
@@ -235,11 +234,11 @@ def _world(
             twisting_stiffness=joint.twisting_stiffness,
             relaxation_time=FABRIC_RELAXATION,
         )
-    for name, boom in plan.booms.items():
+    for name, boom in spec.booms.items():
         for joint_number in boom.parted if name in fleet.booms else ():
             world.part_joint(joint_name(name, joint_number))
     _add_lines(world, fleet, problems)
-    for name, tie in plan.ties.items():
+    for name, tie in spec.ties.items():
         if tie.waits and tie_name(name) in world.lines.names:
             world.loosen_line(tie_name(name))
         if tie.parted and tie_name(name) in world.lines.names:

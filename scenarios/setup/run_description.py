@@ -19,7 +19,7 @@ from recordings.model.frame import CameraView, MeshDescription, PhaseDescription
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.run_settings import PressureProbe, WaveGauge
 from scenarios.setup.afloat.boom_losses import has_closures
-from scenarios.setup.afloat.boom_remarks import Waterside, blockage, waterside_of
+from scenarios.setup.afloat.boom_remarks import blockage
 from scenarios.setup.afloat.moorings import tie_name
 from scenarios.setup.simulators import Simulators
 from scenarios.setup.solids.placed_solids import Solid
@@ -123,9 +123,8 @@ def _describe_exercise(simulators: Simulators) -> ExerciseDescription | None:
     if not fleet.booms:
         return None
     current, wind = _current_and_wind(simulators)
-    around = waterside_of(scenario, water_level)
     return ExerciseDescription(
-        booms=tuple(_describe_boom(name, layout, scenario, around) for name, layout in fleet.booms.items()),
+        booms=tuple(_describe_boom(name, layout, scenario, water_level) for name, layout in fleet.booms.items()),
         current=current,
         water_level=water_level,
         period=scenario.period,
@@ -181,7 +180,7 @@ def _plane(vector: Sequence[float] | NDArray[np.float64]) -> tuple[float, float]
     return float(vector[0]), float(vector[1])
 
 
-def _describe_boom(name: str, layout: BoomLayout, scenario: RunSpec, around: Waterside) -> BoomDescription:
+def _describe_boom(name: str, layout: BoomLayout, scenario: RunSpec, level: float) -> BoomDescription:
     settings = scenario.booms[name]
     first, second = (tuple(float(part) for part in point) for point in layout.segment.joint_points)
     labels = settings.end_labels
@@ -197,7 +196,7 @@ def _describe_boom(name: str, layout: BoomLayout, scenario: RunSpec, around: Wat
         joint_points=((first[0], first[1], first[2]), (second[0], second[1], second[2])),
         full_tension=max(pulls, default=0.0) or _fixed_boom_tension(layout),
         deployment=settings.kind,
-        blockage=blockage(settings, around),
+        blockage=blockage(settings, scenario, level),
         fed_by=settings.fed_by,
         skimmers=scenario.skimmers_at(name),
         waiting_ties=tuple(tie for tie, one in scenario.ties.items() if one.waits and name in one.booms),

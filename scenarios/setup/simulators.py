@@ -18,7 +18,7 @@ from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim import Fluid
 from scenarios.schema.exercise import body_of
 from scenarios.schema.recovery import SkimmerSettings
-from scenarios.setup.afloat.boom_remarks import boom_remarks, waterside_of
+from scenarios.setup.afloat.boom_remarks import boom_remarks
 from scenarios.setup.afloat.fleet import Fleet
 from scenarios.setup.at_sea.land import Corners
 from scenarios.setup.at_sea.run_sea import RunSea
@@ -96,8 +96,7 @@ def build_simulators(spec: RunSpec) -> Simulators:
     requested = None if liquid.in_tank else _asked(layout, slicks, skimmers)
     thin: Mapping[str, str] = {}
     if liquid.in_tank:
-        around = waterside_of(spec, layout.waters.level)
-        thin = thin_bodies(solids, samplings, liquid.spacing) | boom_remarks(spec.booms, around)
+        thin = thin_bodies(solids, samplings, liquid.spacing) | boom_remarks(spec, layout.waters.level)
     return Simulators(
         scenario=spec,
         level=layout.waters.level,

@@ -25,12 +25,13 @@ from booms.deployment import (
 )
 from coupling.participants.plan_barriers import Beach
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of
-from scenarios.schema.moorings import MooringSettings, TieSettings, held_ends, leg_that_holds, tied_ends
+from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.schema.sea import horizontal
 from scenarios.setup.afloat.boom_lines import lay_off_reel, reel_line, reel_name, strung
 from scenarios.setup.afloat.moorings import PlacedLeg, leg_name, place_moorings, place_ties, tie_name, tied_shapes
 from scenarios.setup.solids.placed_solids import Solid
+from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem
 from vessels.course import Course, CourseLeg, course_through
 from vessels.drive import ASTERN, DriveModel
@@ -103,45 +104,33 @@ class Waters:
     spacing: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Placing:
-    """The tables of vessels and booms that are to float, of what holds them, and the tow that all follow; and the waters."""
-
-    vessels: Mapping[str, VesselSettings]
-    booms: Mapping[str, BoomSettings]
-    moorings: Mapping[str, MooringSettings]
-    ties: Mapping[str, TieSettings]
-    tow: TowSettings | None
-    waters: Waters
-
-
-def place_fleet(plan: Placing, own_solids: Sequence[Solid], problems: list[Problem]) -> Fleet:
-    """Place vessels and booms, afloat in their waters, and moor them and the `own_solids` of [bodies].
+def place_fleet(spec: RunSpec, waters: Waters, own_solids: Sequence[Solid], problems: list[Problem]) -> Fleet:
+    """Place vessels and booms of a run, afloat in their waters, and moor them and the `own_solids` of [bodies].
 
     Those that cannot float or be laid are added to `problems`.
     """
     vessels: dict[str, Vessel] = {}
-    for name, settings in plan.vessels.items():
+    for name, settings in spec.vessels.items():
         try:
-            vessels[name] = _vessel(name, settings, plan.tow, plan.waters)
+            vessels[name] = _vessel(name, settings, spec.tow, waters)
         except ValueError as error:
             problems.append(Problem(f"vessels.{name}", f"cannot float: {error}"))
-    solids = [_afloat(vessel, plan) for vessel in vessels.values()]
+    solids = [_afloat(vessel, spec.vessels[vessel.name], waters) for vessel in vessels.values()]
     joints: list[PlacedJoint] = []
     booms: dict[str, BoomLayout] = {}
     lines: list[PlacedLine] = []
     tensions: dict[tuple[str, str], str] = {}
     afloat = {
         name: boom
-        for name, boom in plan.booms.items()
+        for name, boom in spec.booms.items()
         if all(end in vessels for end in boom.ends if isinstance(end, str))
     }
-    hanging = tied_shapes(afloat, plan.moorings, plan.ties, lambda boom: _line_of(boom, vessels, plan.waters), problems)
+    hanging = tied_shapes(afloat, spec.moorings, spec.ties, lambda boom: _line_of(boom, vessels, waters), problems)
     for name, boom in afloat.items():
         if hanging.get(name, ()) is None:
             continue  # its tie is already among the problems
         try:
-            layout, ends = _laid(name, boom, plan, vessels, hanging.get(name))
+            layout, ends = _laid(name, boom, spec, waters, vessels, hanging.get(name))
         except ValueError as error:
             problems.append(Problem(f"booms.{name}", f"cannot be laid: {error}"))
             continue
@@ -155,10 +144,10 @@ def place_fleet(plan: Placing, own_solids: Sequence[Solid], problems: list[Probl
         booms=booms,
         solids=tuple(solids),
         joints=tuple(joints),
-        lines=(*lines, *place_ties(plan.ties, booms, problems)),
+        lines=(*lines, *place_ties(spec.ties, booms, problems)),
         legs=place_moorings(
-            plan.moorings,
-            plan.waters.ground,
+            spec.moorings,
+            waters.ground,
             booms,
             dict(zip(vessels, solids, strict=False)),
             {solid.name: solid for solid in own_solids},
@@ -252,10 +241,9 @@ def course_of(settings: VesselSettings, tow: TowSettings | None) -> Course | Non
     return Course(legs=tuple(legs))
 
 
-def _afloat(vessel: Vessel, plan: Placing) -> Solid:
-    position, orientation = vessel.initial_pose(plan.waters.level)
-    settings = plan.vessels[vessel.name]
-    with_lines = settings.shape == "barge" and plan.waters.spacing is None
+def _afloat(vessel: Vessel, settings: VesselSettings, waters: Waters) -> Solid:
+    position, orientation = vessel.initial_pose(waters.level)
+    with_lines = settings.shape == "barge" and waters.spacing is None
     placed = PlacedBody(
         name=body_of(vessel.name),
         mesh=vessel.hull.mesh,
@@ -292,13 +280,13 @@ def _layout(
 
 
 def _laid(
-    name: str, settings: BoomSettings, plan: Placing, vessels: Mapping[str, Vessel], line: Array | None
+    name: str, settings: BoomSettings, spec: RunSpec, waters: Waters, vessels: Mapping[str, Vessel], line: Array | None
 ) -> tuple[BoomLayout, _Ends]:
     """Lay a boom between its ends, or along a line (S + 1, 2) [m] in which ties hold it, and make it fast there."""
-    waters, water_level = plan.waters, plan.waters.level
+    water_level = waters.level
     places = [_boom_end(end, settings, vessels, water_level) for end in settings.ends]
-    moored = held_ends(plan.moorings, name, settings.segments)
-    tied = tied_ends(plan.ties, name, settings.segments)
+    moored = held_ends(spec.moorings, name, settings.segments)
+    tied = tied_ends(spec.ties, name, settings.segments)
     if settings.reel is None and not any((*moored, *tied, *(isinstance(end, str) for end in settings.ends))):
         _require_slack(math.dist(*places), settings.length)
     layout = _layout(name, settings, waters, (places[0], places[1]), line)
@@ -309,7 +297,7 @@ def _laid(
         segment, point = layout.segments[-index].name, layout.end_points[index]
         holds = f"boom/{name}/tow-{label}"
         if not isinstance(end, str) and (moored[index] or tied[index]):
-            mooring = leg_that_holds(plan.moorings, name, settings.segments * index)
+            mooring = leg_that_holds(spec.moorings, name, settings.segments * index)
             ends.tensions[label] = tie_name(tied[index] or "") if mooring is None else leg_name(mooring)
         elif settings.reel is not None and index == 0:
             ends.lines.append(reel_line(name, layout, settings.reel))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from booms.losses.resolution import skirt_in_words
-from scenarios.setup.afloat.boom_remarks import blockage, boom_remarks, waterside_of
+from scenarios.setup.afloat.boom_remarks import blockage, boom_remarks
 from scenarios.setup.cost import estimate
 from scenarios.setup.fill_lattice import misfits
 from scenarios.setup.layout import lay_out
@@ -50,12 +50,12 @@ def changed(**entries: Any) -> Any:
 
 def remarks(spec: RunSpec) -> dict[str, str]:
     """Return what is said of the booms of a run in water up to 0.8 m."""
-    return boom_remarks(spec.booms, waterside_of(spec, 0.8))
+    return boom_remarks(spec, 0.8)
 
 
 def filled(spec: RunSpec) -> float:
     """Return the share of the section that the boom fills in water up to 0.8 m."""
-    return blockage(spec.booms["inlet"], waterside_of(spec, 0.8))
+    return blockage(spec.booms["inlet"], spec, 0.8)
 
 
 def test_the_share_of_the_section_that_a_boom_fills() -> None:
