@@ -81,7 +81,7 @@ def _print_cost(console: Console, scenario: RunSpec, cost: Cost) -> None:
         table.add_row(f"surface particles of {name}", f"about {count:,}")
     table.add_row("simulated", f"{scenario.run.duration:g} s in about {cost.steps:,} steps")
     if scenario.tanks:
-        given, step = scenario.fluid.maximum_time_step is not None, longest_step(scenario.liquid)
+        given, step = scenario.fluid.maximum_time_step is not None, longest_step(scenario)
         chosen = "set by fluid.maximum_time_step" if given else "by the particle spacing"
         if step < longest_time_step(scenario.fluid):
             chosen = "by the tension of interfaces"

@@ -153,7 +153,7 @@ def build(
         strength=strength,
         controls=controls,
         accounts=accounts,
-        remarks=Remarks(spec.liquid, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),
+        remarks=Remarks(spec, world, simulators.left_out, simulators.thin, simulators.notes, simulators.facts),
         parts=parts,
         participants=_failing(participants, faults, world) if faults else participants,
         connections=(*_connections(spec.fmus, bodies, helms.values(), blown), *_slick_connections(simulators)),

@@ -109,7 +109,7 @@ def resume(restart: Restart, *, options: RunOptions | None = None, console: Cons
 
 def _run(plan: Plan, restart: Restart | None, options: RunOptions, console: Console) -> int:
     scenario = resolve(plan.scenario)
-    require_memory(scenario.liquid, scenario.run.duration)
+    require_memory(scenario)
     _require_writable(options)
     _require_own_files(plan, restart, options)
     with ExitStack() as stack, requests_by_posix_signal() as requests:

@@ -29,7 +29,7 @@ from scenarios.setup.afloat.moorings import leg_name, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fluid import pipe_of, pipe_problems
 from scenarios.setup.simulators import Simulators
-from scenarios.spec.resolve import LiquidSpec, RunSpec, resolve
+from scenarios.spec.resolve import RunSpec, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 from scenarios.watch.boom_scoring import Scoring
@@ -155,17 +155,13 @@ class RunControls:
         }
         due |= {"pour"} if scenario.sources != self._present.sources else set()
         sea = self._new_sea(scenario) if "change_sea" in due else None  # it may be refused, as pipes may
-        pipes, sources = (
-            (self._new_pipes(scenario.liquid), self._new_sources(scenario.liquid, scenario.left_out))
-            if "pour" in due
-            else ((), ())
-        )
+        pipes, sources = (self._new_pipes(scenario), self._new_sources(scenario)) if "pour" in due else ((), ())
         self._ordered, self._present, self._signaled, self._numbers = ordered, scenario, signaled, numbers
         for setter in SETTERS:
             if setter in due and setter in self._setters:
                 self._setters[setter](scenario)
         if "pour" in due:
-            self._pour(scenario.liquid, pipes, sources)
+            self._pour(scenario, pipes, sources)
         if sea is not None:
             self._retune(scenario.vessels, scenario.orbital_speed)
             self._simulators.sea.become(sea)
@@ -289,11 +285,10 @@ class RunControls:
 
     def _new_sea(self, scenario: RunSpec) -> Sea:
         """Return the sea as it goes on from the present one; ScenarioError for one that cannot be built."""
-        present, liquid = self._simulators.sea, scenario.liquid
-        settings = scenario.sea_at(present.now.level)
-        return present.ordered(build_sea(settings, scenario.run, scenario.site, liquid, liquid.water_density))
+        present = self._simulators.sea
+        return present.ordered(build_sea(scenario.sea_at(present.now.level), scenario))
 
-    def _new_pipes(self, liquid: LiquidSpec) -> Sequence[PipeEmitter]:
+    def _new_pipes(self, liquid: RunSpec) -> Sequence[PipeEmitter]:
         """Create the pipes that the fluid does not have yet; ScenarioError for those that reach into a body or out of the tank."""
         fresh = dict(islice(liquid.emitters.items(), len(self._simulators.fluid.emitters), None))
         if fresh:
@@ -302,15 +297,15 @@ class RunControls:
                 raise ScenarioError(problems, "oilsim")
         return [pipe_of(settings, liquid.spacing) for settings in fresh.values()]
 
-    def _new_sources(self, liquid: LiquidSpec, left_out: Sequence[str]) -> Sequence[SpillSource]:
+    def _new_sources(self, liquid: RunSpec) -> Sequence[SpillSource]:
         """Create the sources of oil that the slick does not have yet; none in a run without parcels."""
         for slick in self._simulators.slicks:
             from scenarios.setup.at_sea.parcels import new_sources  # only a run with parcels pays for its kernels
 
-            return new_sources(slick, liquid, left_out)
+            return new_sources(slick, liquid)
         return []
 
-    def _pour(self, liquid: LiquidSpec, pipes: Sequence[PipeEmitter], sources: Sequence[SpillSource]) -> None:
+    def _pour(self, liquid: RunSpec, pipes: Sequence[PipeEmitter], sources: Sequence[SpillSource]) -> None:
         """Add pipes and sources, and let all of them pour as ordered."""
         fluid = self._simulators.fluid
         for pipe in pipes:

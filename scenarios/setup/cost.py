@@ -21,10 +21,9 @@ from scenarios.schema.bodies import Fixed, Free
 from scenarios.schema.exercise import TowSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import BlockFill, Fill, PipeEmitterSettings, SlabFill, Tank
-from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.at_sea.build_sea import build_sea
 from scenarios.setup.fill_lattice import Array, misfits, starting_positions, surface_off
-from scenarios.spec.resolve import LiquidSpec, RunSpec, resolve
+from scenarios.spec.resolve import RunSpec, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -68,21 +67,21 @@ class Cost:
     told: tuple[str, ...] = ()
 
 
-def require_memory(liquid: LiquidSpec, end: float) -> None:
+def require_memory(spec: RunSpec) -> None:
     """Require that this machine's memory can hold the scene, before anything is built; else ScenarioError.
 
-    Volumes and areas alone tell it; end [s] of the run, until which pipes let liquid in.
+    Volumes and areas alone tell it.
     """
-    fluid = liquid.fluid
+    fluid = spec.fluid
     plane = fluid.dimension == 2
-    counts = {f"fill.{name}": _filled(fill, liquid.domain, plane) for name, fill in liquid.fill.items()}
+    counts = {f"fill.{name}": _filled(fill, spec.domain, plane) for name, fill in spec.fill.items()}
     needs = {
         key: BYTES_PER_PARTICLE * measure / fluid.particle_spacing**fluid.dimension for key, measure in counts.items()
     }
     pitch = BOUNDARY_SPACING * fluid.particle_spacing
-    closed = _wall_measure(liquid.domain, plane) if liquid.in_tank else 0.0
+    closed = _wall_measure(spec.domain, plane) if spec.in_tank else 0.0
     needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * closed / pitch ** (fluid.dimension - 1)
-    needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(liquid, end).values())}
+    needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(spec).values())}
     there = memory_there()
     if sum(needs.values()) > there:
         key = max(needs, key=lambda key: needs[key])
@@ -116,26 +115,26 @@ def _filled(fill: Fill, tank: Tank, plane: bool) -> float:
 def estimate(scenario: Scenario | RunSpec) -> Cost:
     """Estimate the cost of a run; ScenarioError with everything that cannot be built or placed."""
     spec = resolve(scenario)
-    liquid, run = spec.liquid, spec.run
-    require_memory(liquid, run.duration)
+    run = spec.run
+    require_memory(spec)
     positions, left_out, solids, level = _start(spec)
-    particles = dict.fromkeys(liquid.phases, 0)
+    particles = dict.fromkeys(spec.phases, 0)
     for name, points in positions.items():
-        particles[liquid.fill[name].phase] += len(points)
+        particles[spec.fill[name].phase] += len(points)
     window = None if spec.window is None else spec.window.settings(spec.fluid)
     if window is not None:
-        water = next(name for name, phase in sorted(liquid.phases.items(), key=lambda item: item[1].is_oil))
+        water = next(name for name, phase in sorted(spec.phases.items(), key=lambda item: item[1].is_oil))
         particles[water] += window.particle_count
-    emitted = _emitted(liquid, run.duration)
-    boundary = _boundary(liquid, solids) if liquid.in_tank else {}
+    emitted = _emitted(spec)
+    boundary = _boundary(spec, solids) if spec.in_tank else {}
     threads = run.threads or os.cpu_count() or 1
-    steps = _steps(liquid, run, [float(points[:, 2].max()) for points in positions.values()], _moving(spec))
+    steps = _steps(spec, [float(points[:, 2].max()) for points in positions.values()], _moving(spec))
     remarks, own_steps = _of_window(spec, window, solids, level)
     alive = sum(particles.values()) + 0.5 * sum(emitted.values())
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
     each = SECONDS_PER_STEP + SECONDS_PER_PARTICLE_STEP * share * alive
-    of_fluid = steps * own_steps * each if liquid.in_tank or window is not None else 0.0
+    of_fluid = steps * own_steps * each if spec.in_tank or window is not None else 0.0
     return Cost(
         particles=particles,
         emitted=emitted,
@@ -147,7 +146,7 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
         told=(
             *_told(spec, solids, level, _of_interfaces(spec, positions)),
             *spec.left_out_in_words,
-            *never_comes(run.duration, spec.tow, {**liquid.emitters, **liquid.sources}, spec.injects),
+            *never_comes(run.duration, spec.tow, {**spec.emitters, **spec.sources}, spec.injects),
             *remarks,
         ),
         seconds=START_SECONDS + of_fluid + _body_seconds(spec),
@@ -164,7 +163,7 @@ def _of_window(
     from scenarios.spec.window_choice import fluid_steps
 
     fluid, step = spec.fluid, spec.run.communication_step
-    sea = build_sea(spec.sea_at(level), spec.run, spec.site, spec.liquid, spec.liquid.water_density)
+    sea = build_sea(spec.sea_at(level), spec)
     beyond = require_water(spec.window.target, window, solids, level) if solids else ()
     remarks = window_remarks(spec.window.target, window, sea, spec.booms, spec.places)
     steps = fluid_steps(window, fluid.gravity, step)
@@ -181,7 +180,7 @@ def _start(spec: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Seque
         positions = starting_positions(spec.fill, domain, fluid.particle_spacing, fluid.dimension)
         top = max((float(one[:, 2].max()) for one in positions.values() if len(one)), default=domain.lower[2])
         if spec.sea.waves or spec.sea.current or spec.sea.wind:
-            build_sea(spec.sea_at(top), spec.run, spec.site, spec.liquid)  # for its problems
+            build_sea(spec.sea_at(top), spec)  # for its problems
         return positions, {}, (), 0.0
     from scenarios.setup.layout import lay_out
 
@@ -197,8 +196,8 @@ def _of_interfaces(spec: RunSpec, positions: Mapping[str, Array]) -> list[str]:
 
     has_bodies = bool(spec.bodies)
     return [
-        *air_remarks(spec.liquid, positions, has_bodies=has_bodies),
-        *interface_remarks(spec.liquid, positions),
+        *air_remarks(spec, positions, has_bodies=has_bodies),
+        *interface_remarks(spec, positions),
     ]
 
 
@@ -211,7 +210,7 @@ def _told(spec: RunSpec, solids: Sequence[Solid], level: float, interfaces: Sequ
     if spec.booms or fluid.interfacial_tension:
         from scenarios.setup.afloat.boom_losses import assumed_tensions
 
-        assumed += assumed_tensions(spec.booms, spec.liquid)
+        assumed += assumed_tensions(spec)
     fills = tuple(misfits(spec.fill, spec.domain, fluid.particle_spacing, fluid.dimension).values())
     fills += surfaces_off(spec)
     if not solids or not spec.tanks:
@@ -251,22 +250,22 @@ def _moving(spec: RunSpec) -> int:
     return of_table + len(spec.vessels) + sum(boom.segments for boom in spec.booms.values())
 
 
-def _emitted(liquid: LiquidSpec, end: float) -> dict[str, int]:
-    """Count the particles that pipes let in until the end [s], by phase: pi r^2 speed while the pipe is open."""
-    d = liquid.spacing
+def _emitted(spec: RunSpec) -> dict[str, int]:
+    """Count the particles that pipes let in until the end, by phase: pi r^2 speed while the pipe is open."""
+    d, end = spec.spacing, spec.run.duration
     emitted: dict[str, int] = {}
-    for pipe in liquid.emitters.values():
+    for pipe in spec.emitters.values():
         poured = math.pi * pipe.radius**2 * pipe.speed * max(0.0, end - pipe.start)
         volume = poured if pipe.volume is None else min(poured, pipe.volume)
         emitted[pipe.phase] = emitted.get(pipe.phase, 0) + round(volume / d**3)
     return emitted
 
 
-def _boundary(liquid: LiquidSpec, solids: Sequence[Solid]) -> dict[str, int]:
+def _boundary(spec: RunSpec, solids: Sequence[Solid]) -> dict[str, int]:
     """Count wall and surface particles: area / the area of each; in a plane, length / the length of each."""
-    pitch = BOUNDARY_SPACING * liquid.spacing
-    plane = liquid.fluid.dimension == 2
-    counts = {"tank": round(_wall_measure(liquid.domain, plane) / pitch ** (1 if plane else 2))}
+    pitch = BOUNDARY_SPACING * spec.spacing
+    plane = spec.fluid.dimension == 2
+    counts = {"tank": round(_wall_measure(spec.domain, plane) / pitch ** (1 if plane else 2))}
     for solid in solids:
         if solid.wetted:
             group = solid.name.split("/")[0]
@@ -283,34 +282,35 @@ def _wall_measure(tank: Tank, plane: bool) -> float:
     return float(sum(np.prod(np.delete(extent, "xyz".index(side[1]))) for side in sides))
 
 
-def longest_step(liquid: LiquidSpec) -> float:
+def longest_step(spec: RunSpec) -> float:
     """Return the longest step [s] that the settings, the spacing and tensions allow; ScenarioError where they leave none."""
-    if not liquid.fluid.interfacial_tension:
-        return longest_time_step(liquid.fluid)
+    if not spec.fluid.interfacial_tension:
+        return longest_time_step(spec.fluid)
     from scenarios.setup.fluid import fluid_config  # only interfaces that pull pay for the import
 
     try:
-        config = fluid_config(liquid)
+        config = fluid_config(spec)
     except ValueError as problem:
         raise ScenarioError([Problem("", f"fluid cannot be built: {problem}")]) from problem
     return min(config.longest_time_step, config.capillary_time_step)
 
 
-def _steps(liquid: LiquidSpec, run: RunSettings, tops: list[float], moving: int) -> int:
+def _steps(spec: RunSpec, tops: list[float], moving: int) -> int:
     """Estimate the steps of the fluid from the communication step, the largest step, and the speed at which liquid meets liquid.
 
     Over the whole run that is `TYPICAL_SPEED` sqrt(g h), with h the height from the tank's floor to the highest liquid at the start
     (`tops` of the regions [m], and pipes). This is less than in a dam break and more than in water at rest. Where bodies move, a whole
     number of steps fills a communication step. Without particles, steps are those of the communication.
     """
-    settings, communications = liquid.fluid, math.ceil(run.duration / run.communication_step - 1e-9)
-    if not liquid.in_tank:
+    settings, run = spec.fluid, spec.run
+    communications = math.ceil(run.duration / run.communication_step - 1e-9)
+    if not spec.in_tank:
         return communications
-    tops = tops + [pipe.mouth[2] for pipe in liquid.emitters.values()]
+    tops = tops + [pipe.mouth[2] for pipe in spec.emitters.values()]
     gravity = float(np.linalg.norm(settings.gravity))
-    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - liquid.domain.lower[2]))
+    speed = TYPICAL_SPEED * math.sqrt(gravity * max(0.0, max(tops, default=-math.inf) - spec.domain.lower[2]))
     free = FluidConfig.cfl * settings.particle_spacing / speed if speed > 0.0 else math.inf
-    step = max(settings.minimum_time_step, min(longest_step(liquid), run.communication_step, free))
+    step = max(settings.minimum_time_step, min(longest_step(spec), run.communication_step, free))
     each = run.communication_step / step - 1e-9
     return math.ceil(communications * (math.ceil(each) if moving else each))
 

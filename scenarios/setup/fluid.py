@@ -18,10 +18,9 @@ from oilsim.fluid.emitter import HOLD
 from oilsim.sea import Sea, SeaForcing, Zone
 from scenarios.schema.liquid import LEAK_MARGIN, PipeEmitterSettings, Tank, ZoneSettings
 from scenarios.schema.parsing.quantity_fields import Vector
-from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.afloat.boom_losses import has_tension, tension_of
 from scenarios.setup.fill_lattice import Lattice, within
-from scenarios.spec.resolve import LiquidSpec
+from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem
 
 Array = NDArray[np.float64]
@@ -32,7 +31,7 @@ STILL_AIR = 0.04
 FULL = 0.995  # of a tank's particles, from which on liquid counts as filling it; as in `oilsim.stages.relaxation`
 
 
-def fluid_config(liquid: LiquidSpec) -> FluidConfig:
+def fluid_config(liquid: RunSpec) -> FluidConfig:
     """Create the fluid core's configuration for the liquid of a run.
 
     Behind a closed side the domain continues for one spacing, so that a particle that is pressed onto the wall does not count as lost.
@@ -59,7 +58,7 @@ def fluid_config(liquid: LiquidSpec) -> FluidConfig:
     )
 
 
-def air_remarks(liquid: LiquidSpec, positions: Mapping[str, Array], *, has_bodies: bool) -> list[str]:
+def air_remarks(liquid: RunSpec, positions: Mapping[str, Array], *, has_bodies: bool) -> list[str]:
     """Say where air is too thin for its particles to rest, or leaves room; positions (N, 3) [m] of the particles, by region."""
     remarks, spacing = list[str](), liquid.spacing
     airs = {name: phase for name, phase in liquid.phases.items() if phase.is_air}
@@ -76,7 +75,7 @@ def air_remarks(liquid: LiquidSpec, positions: Mapping[str, Array], *, has_bodie
     return remarks
 
 
-def interface_remarks(liquid: LiquidSpec, positions: Mapping[str, Array]) -> list[str]:
+def interface_remarks(liquid: RunSpec, positions: Mapping[str, Array]) -> list[str]:
     """Say how deep interfaces break up under a free surface, where that is more than the uppermost particles' half a spacing.
 
     positions (N, 3) [m] of the particles, by region.
@@ -95,7 +94,7 @@ def interface_remarks(liquid: LiquidSpec, positions: Mapping[str, Array]) -> lis
     ]
 
 
-def _filled(liquid: LiquidSpec, positions: Mapping[str, Array]) -> float:
+def _filled(liquid: RunSpec, positions: Mapping[str, Array]) -> float:
     """Return the share of the tank that particles fill; positions (N, 3) [m], by region."""
     room = Lattice(liquid.domain, liquid.spacing, liquid.fluid.dimension).count.tolist()
     whole = room[0] * room[2] * (1 if liquid.fluid.dimension == 2 else room[1])
@@ -136,7 +135,7 @@ def _inside(points: Array, solid: trimesh.Trimesh, clearance: float) -> NDArray[
     return near[SignedDistance(solid).phi(points[near]) < clearance * (1.0 - 1e-6)] if near.size else near
 
 
-def water_level(liquid: LiquidSpec, positions: Mapping[str, Array]) -> float:
+def water_level(liquid: RunSpec, positions: Mapping[str, Array]) -> float:
     """Return the height [m] of the still water: the top of the liquid that is not oil at the start, or of the oil if there is no other.
 
     positions (N, 3) [m] of the particles, by region.
@@ -148,16 +147,14 @@ def water_level(liquid: LiquidSpec, positions: Mapping[str, Array]) -> float:
     return max(water or tops.values(), default=liquid.domain.lower[2])
 
 
-def build_fluid(
-    liquid: LiquidSpec, run: RunSettings, positions: Mapping[str, Array], sea: Sea
-) -> tuple[Fluid, int | None]:
+def build_fluid(liquid: RunSpec, positions: Mapping[str, Array], sea: Sea) -> tuple[Fluid, int | None]:
     """Build the fluid with its particles and pipes, driven by a sea; return it with the handle of its tank walls, if there are any.
 
     positions (N, 3) [m] of the particles, by region.
     """
     settings, tank = liquid.fluid, liquid.domain
     config = fluid_config(liquid)
-    fluid = Fluid(config, threads=run.threads)
+    fluid = Fluid(config, threads=liquid.run.threads)
     sides = tuple(side for side in tank.closed_sides if settings.dimension == 3 or side[1] != "y")
     handle = None
     if sides and liquid.in_tank:
@@ -179,12 +176,12 @@ def build_fluid(
         fluid.add_emitter(pipe_of(pipe, settings.particle_spacing))
     if liquid.in_tank and driving.acts:
         fluid.add_forcing(driving)
-    if run.budget:
+    if liquid.run.budget:
         fluid.watch()
     return fluid, handle
 
 
-def pipe_problems(liquid: LiquidSpec, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
+def pipe_problems(liquid: RunSpec, solids: Mapping[str, trimesh.Trimesh]) -> Iterator[Problem]:
     """Yield problems of pipes that reach out of the tank, or into a body at the start (meshes in the world frame)."""
     tank, spacing = liquid.domain, liquid.spacing
     for name, settings in liquid.emitters.items():
@@ -216,7 +213,7 @@ def pipe_of(settings: PipeEmitterSettings, spacing: float) -> PipeEmitter:
     )
 
 
-def zones_of(liquid: LiquidSpec, sea: Sea) -> tuple[Zone, ...]:
+def zones_of(liquid: RunSpec, sea: Sea) -> tuple[Zone, ...]:
     """Return the zones of the tank in which the water follows the sea; without any, the whole tank is one where the sea moves."""
     zones = list(liquid.domain.zones.values())
     if not zones and (sea.description.waves is not None or sea.description.current is not None):
@@ -224,7 +221,7 @@ def zones_of(liquid: LiquidSpec, sea: Sea) -> tuple[Zone, ...]:
     return tuple(_zone(one, liquid) for one in zones)
 
 
-def drive(fluid: Fluid, liquid: LiquidSpec, sea: Sea) -> None:
+def drive(fluid: Fluid, liquid: RunSpec, sea: Sea) -> None:
     """Let another sea drive the fluid of a tank from now on; `liquid` is that of the start."""
     driving = SeaForcing(sea, spacing=liquid.spacing, zones=zones_of(liquid, sea))
     present = [place for place, one in enumerate(fluid.forcings) if isinstance(one, SeaForcing)]
@@ -235,7 +232,7 @@ def drive(fluid: Fluid, liquid: LiquidSpec, sea: Sea) -> None:
 
 
 def _starting_velocities(
-    liquid: LiquidSpec, positions: Mapping[str, Array], driving: SeaForcing
+    liquid: RunSpec, positions: Mapping[str, Array], driving: SeaForcing
 ) -> dict[str, Array | Vector]:
     """Return the velocities (N, 3) or (3,) [m/s] at the start, by region: as stated, else of current and drift through the whole tank.
 
@@ -258,7 +255,7 @@ def _starting_velocities(
     return found | {name: found[name] + np.pad(drift - mean, ((0, 0), (0, 1))) for name, drift in own.items()}
 
 
-def _zone(settings: ZoneSettings, liquid: LiquidSpec) -> Zone:
+def _zone(settings: ZoneSettings, liquid: RunSpec) -> Zone:
     """Return a zone; where it ends at a side of the tank, it goes on for the width of its edge, and is whole up to there."""
     tank, edge = liquid.domain, settings.edge
     lower, upper = list(settings.lower or tank.lower), list(settings.upper or tank.upper)

@@ -26,7 +26,7 @@ from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
 from scenarios.setup.fill_lattice import empty_regions, off_lattice, placed_regions
 from scenarios.setup.fluid import clear_of, pipe_problems, water_level
 from scenarios.setup.solids.placed_solids import Solid, own_solids, table_entry, vector
-from scenarios.spec.resolve import LiquidSpec, RunSpec, SeaSpec
+from scenarios.spec.resolve import RunSpec, SeaSpec
 from scenarios.text.problems import Problem, ScenarioError
 
 Array = NDArray[np.float64]
@@ -64,10 +64,10 @@ class Layout:
 
 def lay_out(spec: RunSpec) -> Layout:
     """Place liquid and bodies; ScenarioError with every problem."""
-    liquid, fluid, problems = spec.liquid, spec.fluid, list[Problem]()
-    regions = placed_regions(liquid.fill, liquid.domain, fluid.particle_spacing, fluid.dimension)
-    problems += empty_regions(liquid.fill, regions, liquid.domain, fluid.particle_spacing, fluid.dimension)
-    sea_spec = spec.sea_at(water_level(liquid, regions))
+    fluid, problems = spec.fluid, list[Problem]()
+    regions = placed_regions(spec.fill, spec.domain, fluid.particle_spacing, fluid.dimension)
+    problems += empty_regions(spec.fill, regions, spec.domain, fluid.particle_spacing, fluid.dimension)
+    sea_spec = spec.sea_at(water_level(spec, regions))
     waters, land = _waters(spec, sea_spec), read_land(spec.land, spec.site, problems)
     areas = read_outlines("areas", spec.areas, spec.site, problems)
     own = own_solids(spec.bodies, problems)
@@ -75,7 +75,7 @@ def lay_out(spec: RunSpec) -> Layout:
     shores = () if waters.beach is None else (shore_solid(waters.beach, sea_spec.depth),)
     grounds = (one.solid(name, sea_spec.level, sea_spec.depth) for name, one in land.items())
     solids = (*own, *fleet.solids, *shores, *grounds)
-    unsampled = list(_sampling_problems(solids, fluid.particle_spacing)) if liquid.in_tank else []
+    unsampled = list(_sampling_problems(solids, fluid.particle_spacing)) if spec.in_tank else []
     problems += unsampled
     refused = {problem.path for problem in unsampled}
     # a refused body is not looked for in the liquid: a tank that repeats would hold one of a thousand kilometres in thousands of places
@@ -83,10 +83,10 @@ def lay_out(spec: RunSpec) -> Layout:
     meshes = {solid.name: solid.world_mesh() for solid in placed if solid.wetted}
     if _has_low_waves(spec):
         regions = off_lattice(regions, fluid.particle_spacing, fluid.dimension, spec.run.seed)
-    positions = clear_of(meshes.values(), regions, liquid.domain, fluid.particle_spacing)
+    positions = clear_of(meshes.values(), regions, spec.domain, fluid.particle_spacing)
     problems += _displaced_regions(regions, positions)
-    problems += pipe_problems(liquid, meshes)
-    problems += _out_of_reach(solids, meshes, liquid.domain)
+    problems += pipe_problems(spec, meshes)
+    problems += _out_of_reach(solids, meshes, spec.domain)
     coupled = _coupled(spec.probes, solids)
     # windows meet fixed bodies by their poses in the world too
     met = coupled or (spec.window and any(solid.wetted for solid in solids))
@@ -94,7 +94,7 @@ def lay_out(spec: RunSpec) -> Layout:
     sea = _sea(spec, sea_spec, land, problems)
     if problems or sea is None:
         raise ScenarioError(problems, spec.name)
-    if world is not None and not liquid.in_tank:
+    if world is not None and not spec.in_tank:
         load_bodies(world, spec.booms, sea, fleet, solids)
     return Layout(
         waters=waters,
@@ -106,7 +106,7 @@ def lay_out(spec: RunSpec) -> Layout:
         ),  # a plane is a metre thick
         fleet=fleet,
         solids=solids,
-        coupled=coupled if liquid.in_tank else (),
+        coupled=coupled if spec.in_tank else (),
         world=world,
         sea=sea,
     )
@@ -129,7 +129,7 @@ def _waters(spec: RunSpec, sea: SeaSpec) -> Waters:
     floor = None if "-z" in spec.domain.open else spec.domain.lower[2]
     return Waters(
         level=sea.level,
-        density=spec.liquid.water_density,
+        density=spec.water_density,
         ground=floor if spec.tanks else sea.level - sea.depth,
         beach=beach_of(spec.shore, sea.level),
         current=sea.steady_current,
@@ -143,7 +143,7 @@ def _waters(spec: RunSpec, sea: SeaSpec) -> Waters:
 def _sea(spec: RunSpec, sea: SeaSpec, land: Mapping[str, Land], problems: list[Problem]) -> Sea | None:
     """Build the sea along its land; what is wrong with it, its files included, is added to `problems`, and the sea is None."""
     try:
-        built = build_sea(sea, spec.run, spec.site, spec.liquid, spec.liquid.water_density)
+        built = build_sea(sea, spec)
     except ScenarioError as error:
         problems += error.problems
         return None
@@ -203,10 +203,10 @@ def _world(
     problems: list[Problem],
 ) -> RigidBodyWorld:
     """Put all solids and joints into one rigid-body world, with the tank's walls if a body could run into them."""
-    liquid, beach = spec.liquid, waters.beach
-    sub_step = SUB_STEP if liquid.in_tank else SEA_SUB_STEP
+    beach = waters.beach
+    sub_step = SUB_STEP if spec.in_tank else SEA_SUB_STEP
     world = RigidBodyWorld(
-        gravity=liquid.fluid.gravity, sub_step=sub_step, communication_step=spec.run.communication_step
+        gravity=spec.fluid.gravity, sub_step=sub_step, communication_step=spec.run.communication_step
     )
     for solid in solids:
         placed = solid.placed
@@ -222,7 +222,7 @@ def _world(
             friction=FRICTION if solid.contact else None,
         )
     if any(solid.motion == "free" and solid.contact for solid in solids):
-        _add_tank_sides(world, liquid.domain)
+        _add_tank_sides(world, spec.domain)
         if beach is not None:
             world.add_half_space(beach.waterline, beach.normal)
     for joint in fleet.joints:
@@ -244,7 +244,7 @@ def _world(
         if tie.parted and tie_name(name) in world.lines.names:
             world.part_line(tie_name(name))
     add_legs(world, fleet.legs, problems)
-    problems += _overlaps(world, liquid, solids, has_shore=beach is not None)
+    problems += _overlaps(world, spec, solids, has_shore=beach is not None)
     return world
 
 
@@ -265,21 +265,19 @@ def _add_lines(world: RigidBodyWorld, fleet: Fleet, problems: list[Problem]) -> 
             problems.append(Problem(key, f"cannot be used: {error}"))
 
 
-def _overlaps(
-    world: RigidBodyWorld, liquid: LiquidSpec, solids: Sequence[Solid], *, has_shore: bool
-) -> Iterator[Problem]:
+def _overlaps(world: RigidBodyWorld, spec: RunSpec, solids: Sequence[Solid], *, has_shore: bool) -> Iterator[Problem]:
     """Yield problems of bodies that overlap deeply with each other, with a side of the tank or the shore; of a boom, only the worst."""
     sides = "the shore, or a side of the tank," if has_shore else "a side of the tank"
-    if has_shore and not liquid.domain.closed_sides:
+    if has_shore and not spec.domain.closed_sides:
         sides = "the shore"
     placed = {solid.name: solid for solid in solids}
-    allowed, worst = DEEPEST_OVERLAP * liquid.spacing, dict[tuple[str, str], tuple[str, str, float]]()
+    allowed, worst = DEEPEST_OVERLAP * spec.spacing, dict[tuple[str, str], tuple[str, str, float]]()
     for one, other, depth in sorted(world.overlaps(), key=lambda found: found[2]):
         if depth > allowed:
             worst[table_entry(one), other and table_entry(other)] = one, other, depth
     for (table, _), (one, other, depth) in worst.items():
         where = f"body {other!r}" if other else sides
-        if not other and _is_outside(placed[one], liquid.domain):
+        if not other and _is_outside(placed[one], spec.domain):
             yield Problem(
                 table, f"has body {one!r} outside the tank at the start, by {depth:.3g} m, allowed: inside it"
             )

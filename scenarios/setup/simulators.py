@@ -27,7 +27,7 @@ from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_rem
 from scenarios.setup.layout import Layout, lay_out
 from scenarios.setup.solids.placed_solids import Solid, sampled
 from scenarios.setup.solids.thin_bodies import thin_bodies
-from scenarios.spec.resolve import LiquidSpec, RunSpec
+from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import problems_of
 
 if TYPE_CHECKING:
@@ -82,21 +82,21 @@ class Simulators:
 
 def build_simulators(spec: RunSpec) -> Simulators:
     """Lay everything out and fill the tank; ScenarioError for what cannot be made."""
-    layout, liquid = lay_out(spec), spec.liquid
+    layout = lay_out(spec)
     solids, coupled = layout.solids, layout.coupled
     if spec.window is not None:
         return _with_window(spec, spec.window, layout)
     with problems_of("fluid", "cannot be built"):
-        fluid, tank = build_fluid(liquid, spec.run, layout.positions, layout.sea)
-    wetted = [solid for solid in solids if solid.wetted and liquid.in_tank]
-    samplings = sampled(wetted, liquid.spacing)
+        fluid, tank = build_fluid(spec, layout.positions, layout.sea)
+    wetted = [solid for solid in solids if solid.wetted and spec.in_tank]
+    samplings = sampled(wetted, spec.spacing)
     handles = _wet(fluid, wetted, samplings, coupled)
     slicks = _slicks(spec, layout)
     skimmers = _skimmers(spec.skimmers, layout, slicks)
-    requested = None if liquid.in_tank else _asked(layout, slicks, skimmers)
+    requested = None if spec.in_tank else _asked(layout, slicks, skimmers)
     thin: Mapping[str, str] = {}
-    if liquid.in_tank:
-        thin = thin_bodies(solids, samplings, liquid.spacing) | boom_remarks(spec, layout.waters.level)
+    if spec.in_tank:
+        thin = thin_bodies(solids, samplings, spec.spacing) | boom_remarks(spec, layout.waters.level)
     return Simulators(
         scenario=spec,
         level=layout.waters.level,
@@ -105,7 +105,7 @@ def build_simulators(spec: RunSpec) -> Simulators:
         coupled=coupled,
         fluid=fluid,
         tank=tank,
-        sea=_sea(liquid, layout, fluid, slicks),
+        sea=_sea(spec, layout, fluid, slicks),
         bodies=couple_world(fluid, {name: handles[name] for name in coupled}, layout.world, requested=requested),
         world=layout.world,
         left_out=layout.left_out,
@@ -113,8 +113,8 @@ def build_simulators(spec: RunSpec) -> Simulators:
         notes=(
             *(note for solid in solids for note in solid.notes),
             *spec.left_out_in_words,
-            *air_remarks(liquid, layout.positions, has_bodies=bool(spec.bodies)),
-            *interface_remarks(liquid, layout.positions),
+            *air_remarks(spec, layout.positions, has_bodies=bool(spec.bodies)),
+            *interface_remarks(spec, layout.positions),
         ),
         facts=surfaces_off(spec),
         slicks=slicks,
@@ -129,7 +129,7 @@ def _with_window(spec: RunSpec, table: WindowTable, layout: Layout) -> Simulator
 
     settings = table.settings(spec.fluid)
     beyond = require_water(table.target, settings, layout.solids, layout.waters.level)
-    window = build_window(settings, spec.liquid, spec.run.threads, layout.sea)
+    window = build_window(settings, spec, spec.run.threads, layout.sea)
     wetted = [solid for solid in layout.solids if solid.wetted]
     target, slicks = target_of(table.target, layout.fleet), _slicks(spec, layout)
     for slick in slicks:
@@ -181,9 +181,7 @@ def _slicks(spec: RunSpec, layout: Layout) -> tuple[SlickParticipant, ...]:
     with problems_of("fill", "cannot become a slick"):
         carriers = [body_of(vessel.name) for vessel in layout.fleet.vessels]
         one = build_slick(
-            spec.liquid,
-            spec.run,
-            spec.booms,
+            spec,
             layout.sea,
             layout.fleet.booms,
             layout.waters.beach,
@@ -193,9 +191,9 @@ def _slicks(spec: RunSpec, layout: Layout) -> tuple[SlickParticipant, ...]:
     return (one,)
 
 
-def _sea(liquid: LiquidSpec, layout: Layout, fluid: Fluid, slicks: Sequence[SlickParticipant]) -> RunSea:
+def _sea(spec: RunSpec, layout: Layout, fluid: Fluid, slicks: Sequence[SlickParticipant]) -> RunSea:
     """Return the sea of a run, which tells the forcing of a tank, the bodies that it loads, and the slick that it carries."""
-    world, tank = layout.world, liquid.domain
+    world, tank = layout.world, spec.domain
     environment = None if world is None else world.environment
     middle = 0.5 * (np.array(tank.lower[:2]) + np.array(tank.upper[:2]))
 
@@ -219,8 +217,8 @@ def _sea(liquid: LiquidSpec, layout: Layout, fluid: Fluid, slicks: Sequence[Slic
         from scenarios.setup.at_sea.parcels import carry_slick  # only a run with parcels pays for its kernels
 
         sea.tell(partial(carry_slick, slick, layout.fleet.booms))
-    if liquid.in_tank:
-        sea.tell(lambda now: drive(fluid, liquid, now))
+    if spec.in_tank:
+        sea.tell(lambda now: drive(fluid, spec, now))
     return sea
 
 

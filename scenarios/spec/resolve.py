@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 
 from oilsim.core.quantity import quantity_of
 from oilsim.sea import SeaDescription
@@ -16,7 +16,6 @@ from scenarios.schema.liquid import (
     SOMEWHERE,
     Fill,
     FluidSettings,
-    PhaseSettings,
     PipeEmitterSettings,
     Side,
     Tank,
@@ -47,37 +46,6 @@ class SeaSpec(SeaSettings):
 
     depth: float = quantity_of(SeaDescription, "depth")
     level: float = quantity_of(SeaDescription, "level")
-
-
-@dataclass(frozen=True, kw_only=True)
-class LiquidSpec:
-    """The liquids of a run: how particles are solved, the phases, and where they are.
-
-    domain   the tank, or the part of the open sea around everything that is placed
-    in_tank  whether particles fill that domain, between its walls
-    fill, emitters   what particles fill at the start, and pipes that let them in
-    spills, sources  the same of oil that is parcels
-    """
-
-    fluid: FluidSettings
-    phases: Mapping[str, PhaseSettings]
-    domain: Tank
-    in_tank: bool
-    fill: Mapping[str, Fill] = field(default_factory=dict)
-    emitters: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
-    spills: Mapping[str, Fill] = field(default_factory=dict)
-    sources: Mapping[str, PipeEmitterSettings] = field(default_factory=dict)
-
-    @property
-    def spacing(self) -> float:
-        """Spacing of the particles [m]."""
-        return self.fluid.particle_spacing
-
-    @property
-    def water_density(self) -> float:
-        """Density [kg/m3] of the liquid that vessels and booms float in: the first phase that is not oil, else the first."""
-        waters = [phase for phase in self.phases.values() if not phase.is_oil]
-        return (waters or list(self.phases.values()))[0].rest_density
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,12 +90,20 @@ class RunSpec(Tables):
         return self.domain.period
 
     @property
-    def liquid(self) -> LiquidSpec:
-        """The liquids of the run."""
-        return LiquidSpec(
-            in_tank=self.tank is not None,
-            **{item.name: getattr(self, item.name) for item in fields(LiquidSpec) if item.name != "in_tank"},
-        )
+    def in_tank(self) -> bool:
+        """Whether particles fill the domain, between the walls of the tank."""
+        return self.tank is not None
+
+    @property
+    def spacing(self) -> float:
+        """Spacing of the particles [m]."""
+        return self.fluid.particle_spacing
+
+    @property
+    def water_density(self) -> float:
+        """Density [kg/m3] of the liquid that vessels and booms float in: the first phase that is not oil, else the first."""
+        waters = [phase for phase in self.phases.values() if not phase.is_oil]
+        return (waters or list(self.phases.values()))[0].rest_density
 
     def sea_at(self, level: float) -> SeaSpec:
         """Return the sea, on water up to `level` [m] where the file says nothing."""

@@ -26,7 +26,7 @@ from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.liquid import Tank
 from scenarios.schema.sea import SeaSettings
 from scenarios.setup.afloat.boom_lines import track_off_reel
-from scenarios.spec.resolve import LiquidSpec
+from scenarios.spec.resolve import RunSpec
 from scenarios.watch.slick_oil import oil_of_boom, volume_ahead, volume_within
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class BoomScore:
         settings: BoomSettings,
         layout: BoomLayout,
         tensions: Mapping[str, str],
-        liquid: LiquidSpec,
+        liquid: RunSpec,
         sea: SeaSettings,
         closures: ClosureLosses | None,
         ledger: OilLedger,
@@ -366,7 +366,7 @@ def _sides_passed(tank: Tank, places: NDArray[np.float64], slack: float) -> Iter
                 yield side, f"has left the simulated sea through its open side {side}: its scoring ends here", True
 
 
-def _options(settings: BoomSettings, liquid: LiquidSpec) -> ContainmentOptions:
+def _options(settings: BoomSettings, liquid: RunSpec) -> ContainmentOptions:
     """Return what tells a boom's oil; of several oils the viscosity is that of the most viscous."""
     spacing = liquid.spacing
     oils = [phase for phase in liquid.phases.values() if phase.is_oil]

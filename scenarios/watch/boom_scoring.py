@@ -57,15 +57,15 @@ class Scoring:
                 scenario.booms[name],
                 layout,
                 fleet.tensions_of(name),
-                scenario.liquid,
+                scenario,
                 scenario.sea,
-                closure_losses(scenario.booms[name], layout, scenario.liquid),
+                closure_losses(scenario.booms[name], layout, scenario),
                 self.ledger,
             )
             for name, layout in fleet.booms.items()
         )
         assumed = [
-            *assumed_tensions(scenario.booms, scenario.liquid),
+            *assumed_tensions(scenario),
             *(_assumed_skimmers(scenario.skimmers) if self._skimmers else ()),
         ]
         self._notices += [Notice(text, level="info", source="oilsim") for text in assumed]

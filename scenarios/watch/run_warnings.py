@@ -17,7 +17,7 @@ from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import AdvanceReport, FluidConfig
 from recordings.model.frame import EventLevel
 from scenarios.setup.fill_lattice import misfits
-from scenarios.spec.resolve import LiquidSpec
+from scenarios.spec.resolve import RunSpec
 from scenarios.watch.boom_score import Notice
 
 TOLD = 2.0  # times a tolerance that a solve may leave before it is said: less is the same flow
@@ -30,7 +30,7 @@ class Remarks:
 
     def __init__(
         self,
-        liquid: LiquidSpec,
+        liquid: RunSpec,
         world: RigidBodyWorld | None,
         left_out: Mapping[str, str],
         thin: Mapping[str, str],

@@ -46,7 +46,7 @@ from scenarios.setup.layout import lay_out
 from scenarios.spec.resolve import resolve
 scenario = resolve(load_scenario("calm-spread").scenario)
 layout = lay_out(scenario)
-fluid, _ = build_fluid(scenario.liquid, scenario.run, layout.positions, layout.sea)
+fluid, _ = build_fluid(scenario, layout.positions, layout.sea)
 begin = time.perf_counter()
 fluid.advance(0.04)
 print(time.perf_counter() - begin)
@@ -58,7 +58,7 @@ def calm_spread(overrides: Iterable[str] = (), threads: int | None = None) -> Fl
     settings = [*overrides] + ([f"run.threads={threads}"] if threads else [])
     scenario = resolve(load_scenario("calm-spread", overrides=settings).scenario)
     layout = lay_out(scenario)
-    return build_fluid(scenario.liquid, scenario.run, layout.positions, layout.sea)[0]
+    return build_fluid(scenario, layout.positions, layout.sea)[0]
 
 
 def timed_step(fluid: Fluid) -> tuple[float, AdvanceReport]:
@@ -168,7 +168,7 @@ def still_water(overrides: Iterable[str] = ()) -> Fluid:
     scenario = resolve(load_scenario("calm-spread", overrides=settings).scenario)
     layout = lay_out(scenario)
     fills = {name: points[:0] if name == "oil" else points for name, points in layout.positions.items()}
-    return build_fluid(scenario.liquid, scenario.run, fills, layout.sea)[0]
+    return build_fluid(scenario, fills, layout.sea)[0]
 
 
 def skips_table(console: Console, steps: int) -> None:

@@ -11,7 +11,7 @@ from booms.losses.rates import Closures
 from booms.losses.resolution import Resolution
 from scenarios.schema.exercise import BoomSettings
 from scenarios.schema.liquid import PhaseSettings
-from scenarios.spec.resolve import LiquidSpec
+from scenarios.spec.resolve import RunSpec
 
 
 def has_closures(boom: BoomSettings, phases: Mapping[str, PhaseSettings]) -> bool:
@@ -20,7 +20,7 @@ def has_closures(boom: BoomSettings, phases: Mapping[str, PhaseSettings]) -> boo
     return boom.losses == "closures" and any(oils) and not all(oils)
 
 
-def closure_losses(settings: BoomSettings, layout: BoomLayout, liquid: LiquidSpec) -> ClosureLosses | None:
+def closure_losses(settings: BoomSettings, layout: BoomLayout, liquid: RunSpec) -> ClosureLosses | None:
     """Create the closures of a boom among particles of a tank; None where it has none."""
     if not has_closures(settings, liquid.phases) or not liquid.in_tank:
         return None
@@ -69,12 +69,12 @@ def tension_of(phase: PhaseSettings) -> float:
     return ASSUMED_TENSION if phase.tension is None else phase.tension
 
 
-def assumed_tensions(booms: Mapping[str, BoomSettings], liquid: LiquidSpec) -> list[str]:
+def assumed_tensions(spec: RunSpec) -> list[str]:
     """Say which interfacial tension is assumed for each oil that has none, where booms' closures or particles go by it."""
-    if not liquid.fluid.interfacial_tension and not any(has_closures(boom, liquid.phases) for boom in booms.values()):
+    if not spec.fluid.interfacial_tension and not any(has_closures(boom, spec.phases) for boom in spec.booms.values()):
         return []
     return [
         f"the interfacial tension of {name!r} is not given: {tension_of(phase):g} N/m is assumed"
-        for name, phase in liquid.phases.items()
+        for name, phase in spec.phases.items()
         if phase.is_oil and phase.tension is None
     ]

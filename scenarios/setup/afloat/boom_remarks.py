@@ -35,12 +35,12 @@ def boom_remarks(spec: RunSpec, level: float) -> dict[str, str]:
 def _start(spec: RunSpec) -> Iterator[tuple[str, str]]:
     """Say that water starts with another velocity than that of a current in a zone, which the closures take everywhere."""
     speed, direction = spec.sea.steady_current
-    phases = spec.liquid.phases
+    phases = spec.phases
     closed = [name for name, boom in spec.booms.items() if has_closures(boom, phases)]
-    if not speed or not spec.liquid.domain.zones or not closed:
+    if not speed or not spec.domain.zones or not closed:
         return
     ordered = horizontal(speed, direction)
-    for name, fill in spec.liquid.fill.items():
+    for name, fill in spec.fill.items():
         phase, velocity = phases[fill.phase], fill.velocity or (0.0, 0.0, 0.0)
         off = math.dist(velocity[:2], ordered[:2])
         if phase.is_oil or phase.is_air or off <= START_SHARE * speed + START_SLACK:
@@ -57,10 +57,10 @@ def _start(spec: RunSpec) -> Iterator[tuple[str, str]]:
 
 
 def _remarks(name: str, boom: BoomSettings, spec: RunSpec, level: float) -> Iterator[tuple[str, str]]:
-    closed = has_closures(boom, spec.liquid.phases)
+    closed = has_closures(boom, spec.phases)
     yield (
         f"skirt {name}",
-        f"boom {name}: {skirt_in_words(boom.skirt_depth, spec.liquid.spacing, has_closures=closed)}",
+        f"boom {name}: {skirt_in_words(boom.skirt_depth, spec.spacing, has_closures=closed)}",
     )
     text = _bulge_in_words(boom, spec)
     if text:
@@ -80,9 +80,9 @@ def _is_driven(boom: BoomSettings, spec: RunSpec) -> bool:
     """Tell whether waves or a current drive the particles at an end of the boom."""
     if spec.sea.waves is None and spec.sea.current is None:
         return False
-    boxes = [(one.lower, one.upper) for one in spec.liquid.domain.zones.values()] or [(None, None)]
+    boxes = [(one.lower, one.upper) for one in spec.domain.zones.values()] or [(None, None)]
     return any(
-        all((low or spec.liquid.domain.lower)[k] <= end[k] <= (high or spec.liquid.domain.upper)[k] for k in (0, 1))
+        all((low or spec.domain.lower)[k] <= end[k] <= (high or spec.domain.upper)[k] for k in (0, 1))
         for low, high in boxes
         for end in _ends(boom, spec)
     )
@@ -116,7 +116,7 @@ def blockage(boom: BoomSettings, spec: RunSpec, level: float) -> float:
     The way is that of the tow or of the vessel's first leg under way, or of the current. Open sides do not hold the water in: the share is
     0 where one lies across, and in a run whose sea is formulas.
     """
-    tank = spec.liquid.domain
+    tank = spec.domain
     way = _way(boom, spec)
     if way is None:
         return 0.0

@@ -9,7 +9,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from oilsim.core.physical_constants import SEA_WATER_DENSITY
 from oilsim.sea import (
     CurrentProfile,
     FlowTable,
@@ -37,7 +36,7 @@ from scenarios.schema.sea import (
 )
 from scenarios.setup.at_sea.flow_columns import FlowFileError
 from scenarios.setup.at_sea.flow_files import Kind, in_utc, read_flow
-from scenarios.spec.resolve import LiquidSpec, SeaSpec
+from scenarios.spec.resolve import RunSpec, SeaSpec
 from scenarios.text.problems import Problem, ScenarioError
 
 if TYPE_CHECKING:
@@ -50,22 +49,19 @@ DEEP = 100.0  # [1] 2 k h from which on waves do not feel the ground; numerical;
 
 def build_sea(
     settings: SeaSpec,
-    run: RunSettings,
-    site: SiteSettings | None,
-    liquid: LiquidSpec,
-    density: float = SEA_WATER_DENSITY,
+    liquid: RunSpec,
 ) -> Sea:
-    """Build a sea with its depth and level, of water of `density` [kg/m3], under the gravity of the liquid. Reads its files.
+    """Build the sea of a run with its depth and level, of the run's water and under its gravity. Reads its files.
 
     Raises ScenarioError with every problem: of files, of their times, and of waves that cannot be.
     """
     from oilsim.sea import Sea  # its kernels take time to import
 
-    problems, seed = list[Problem](), run.seed
+    problems, run, site = list[Problem](), liquid.run, liquid.site
     gravity = math.hypot(*liquid.fluid.gravity)
     current = _current(settings.current, run, site, problems)
     wind = _wind(settings.wind, run, site, problems)
-    waves = None if settings.waves is None else _waves(settings.waves, seed)
+    waves = None if settings.waves is None else _waves(settings.waves, run.seed)
     build_up = 0.0 if settings.waves is None else settings.waves.build_up
     plain: dict[str, Any] = {"depth": settings.depth, "level": settings.level, "gravity": gravity}
     parts: dict[str, Any] = {"current": current, "waves": waves, "build_up": build_up}
@@ -86,9 +82,9 @@ def build_sea(
     cells = settings.langmuir
     return Sea(
         SeaDescription(
-            density=density,
+            density=liquid.water_density,
             wind=wind,
-            langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=seed),
+            langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=run.seed),
             diffusivity=settings.diffusivity,
             tide=settings.tide,
             **plain,

@@ -31,12 +31,11 @@ from oilsim.slick.spill_source import SpillSource
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.liquid import CylinderFill, Fill, PhaseSettings, PipeEmitterSettings, SlabFill, Tank
 from scenarios.schema.recovery import SkimmerSettings, carrier_of
-from scenarios.schema.run_settings import RunSettings
 from scenarios.setup.afloat.boom_lines import track_off_reel
 from scenarios.setup.afloat.boom_losses import tension_of
 from scenarios.setup.at_sea.land import Land
 from scenarios.setup.solids.placed_solids import vector
-from scenarios.spec.resolve import LiquidSpec
+from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem, ScenarioError
 
 
@@ -115,9 +114,7 @@ class WaterFlow:
 
 
 def build_slick(
-    liquid: LiquidSpec,
-    run: RunSettings,
-    settings_of: Mapping[str, BoomSettings],
+    liquid: RunSpec,
     sea: Sea,
     booms: Mapping[str, BoomLayout],
     beach: Beach | None,
@@ -126,20 +123,20 @@ def build_slick(
 ) -> SlickParticipant:
     """Build the slick of the oil that is filled in, or may be poured, among booms by their settings; `carriers` may carry sources."""
     spills = {name: spill_of(fill, liquid.domain) for name, fill in liquid.spills.items()}
-    bodies = [_boom_bodies(name, layout, settings_of[name]) for name, layout in booms.items()]
+    bodies = [_boom_bodies(name, layout, liquid.booms[name]) for name, layout in booms.items()]
     sources = oil_sources(liquid)
-    released = sum(spill.volume for spill in spills.values()) + _poured(liquid, sources, run.duration)
+    released = sum(spill.volume for spill in spills.values()) + _poured(liquid, sources)
     settings = SlickSettings(
         loss_volume=(released or UNKNOWN_RELEASE) / LOST_PARCELS,
         water_density=sea.description.density,
         diffusivity=sea.description.diffusivity,
-        seed=run.seed,
+        seed=liquid.run.seed,
     )
     slick = Slick(
         settings, [*_barriers(booms, bodies, beach), *(one for name, own in land.items() for one in own.barriers(name))]
     )
     for name in booms:
-        for joint in settings_of[name].parted:
+        for joint in liquid.booms[name].parted:
             slick.part(name, joint)
     for name, spill in spills.items():
         oil = _oil(liquid.phases, liquid.spills[name].phase)
@@ -151,7 +148,7 @@ def build_slick(
         slick,
         carrying_sea(sea, booms),
         booms=bodies,
-        loss_rate=_losses(settings_of, slick, booms),
+        loss_rate=_losses(liquid.booms, slick, booms),
         beach=beach,
         carriers=carriers,
     )
@@ -169,10 +166,10 @@ def _barriers(booms: Mapping[str, BoomLayout], bodies: Sequence[BoomBodies], bea
     return barriers
 
 
-def _poured(liquid: LiquidSpec, sources: Mapping[str, SpillSource], end: float) -> float:
-    """Return the volume [m3] that the sources pour until the run's end [s]."""
+def _poured(liquid: RunSpec, sources: Mapping[str, SpillSource]) -> float:
+    """Return the volume [m3] that the sources pour until the run's end."""
     return sum(
-        min(settings.volume or math.inf, sources[name].rate * max(0.0, end - settings.start))
+        min(settings.volume or math.inf, sources[name].rate * max(0.0, liquid.run.duration - settings.start))
         for name, settings in liquid.sources.items()
     )
 
@@ -198,7 +195,7 @@ def _pooled(rows: slice, boom: BoomSection) -> PooledBoom:
     return PooledBoom(rows=rows, closures=closures, pocket=boom.pocket, pocket_rows=inside)
 
 
-def oil_sources(liquid: LiquidSpec) -> dict[str, SpillSource]:
+def oil_sources(liquid: RunSpec) -> dict[str, SpillSource]:
     """Return the pipes of oil as sources of parcels, by name: each pours its opening's area times its speed."""
     return {
         name: SpillSource(
@@ -220,11 +217,11 @@ def rate_of(pipe: PipeEmitterSettings) -> float:
     return math.pi * pipe.radius**2 * pipe.speed
 
 
-def new_sources(slick: SlickParticipant, liquid: LiquidSpec, left_out: Sequence[str]) -> list[SpillSource]:
-    """Return the sources that orders have added; ScenarioError for one that pours no oil, and so is `left_out`."""
+def new_sources(slick: SlickParticipant, liquid: RunSpec) -> list[SpillSource]:
+    """Return the sources that orders have added; ScenarioError for one that pours no oil, and so is left out."""
     known = {source.name for source in slick.sources}
     sources = oil_sources(liquid)
-    others = [place.removeprefix("emitters.") for place in left_out if place.startswith("emitters.")]
+    others = [place.removeprefix("emitters.") for place in liquid.left_out if place.startswith("emitters.")]
     if others:
         text = "pours no oil, allowed without a tank: oil, which becomes parcels"
         raise ScenarioError([Problem(f"emitters.{name}", text) for name in others], "oilsim")

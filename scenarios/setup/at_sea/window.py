@@ -31,7 +31,7 @@ from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
 from scenarios.setup.afloat.fleet import Fleet
 from scenarios.setup.solids.placed_solids import Solid, sampled
-from scenarios.spec.resolve import LiquidSpec
+from scenarios.spec.resolve import RunSpec
 from scenarios.spec.window_choice import COARSE
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 COLUMNS = 16
 
 
-def build_window(settings: WindowSettings, liquid: LiquidSpec, threads: int | None, sea: Sea) -> Window:
+def build_window(settings: WindowSettings, liquid: RunSpec, threads: int | None, sea: Sea) -> Window:
     """Fill the window of a run with water; other liquids come later."""
     phases = sorted(liquid.phases.items(), key=lambda item: item[1].is_oil)
     liquids = tuple(

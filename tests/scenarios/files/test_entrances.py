@@ -171,4 +171,4 @@ def test_every_number_of_a_scenario_may_be_given_any_value(value: float, scenari
         with contextlib.suppress(ScenarioError):
             taken = scenario_from(with_override(data, tuple(path.split(".")), value))
             assert 1 <= taken.run.duration / taken.run.communication_step <= 1e9
-            require_memory(resolve(taken).liquid, taken.run.duration)
+            require_memory(resolve(taken))

@@ -83,7 +83,7 @@ START = datetime(2026, 5, 1, 8, tzinfo=UTC)
 def sea_of(scenario: Scenario) -> Sea:
     """Build the sea of a scenario, on water up to 0 m where it says nothing."""
     spec = resolve(scenario)
-    return build_sea(spec.sea_at(0.0), spec.run, spec.site, spec.liquid)
+    return build_sea(spec.sea_at(0.0), spec)
 
 
 def scenario_of(folder: Path, text: str):

@@ -85,7 +85,7 @@ def test_a_floating_body_moves_with_the_waves(tmp_path: Path) -> None:
     """It begins at rest in the current, and surges with the water after half a period; what it exchanges is accounted for."""
     assembly = assembled(tmp_path, '"box"', 0.0)
     spec, apart = assembly.scenario, []
-    sea = build_sea(spec.sea_at(0.0), spec.run, spec.site, spec.liquid)
+    sea = build_sea(spec.sea_at(0.0), spec)
     assert sea is not None and assembly.world is not None
     for time in steps(assembly, 2.4):
         pose = assembly.world.pose("box")
@@ -201,7 +201,7 @@ def test_a_pile_down_to_the_sea_bed_is_pushed_by_waves_and_told(tmp_path: Path) 
         force.append(assembly.frame_source(simulation.communication_point).bodies["pile"].wrench[0])
     simulation.terminate("done")
     spec, points = resolve(scenario), np.zeros((20, 3))
-    sea = build_sea(spec.sea_at(0.0), spec.run, spec.site, spec.liquid)
+    sea = build_sea(spec.sea_at(0.0), spec)
     points[:, 2] = -2.5 * (np.arange(20) + 0.5) / 20
     steepest = [sea.acceleration(points, time)[:, 0].mean() for time in np.linspace(3.0, 6.0, 60)]
     whole = 2.0 * 1027.0 * np.pi * 0.25 * 2.5 * np.ptp(steepest)
@@ -230,7 +230,7 @@ def test_a_ball_under_water_has_its_wave_force_in_every_step(tmp_path: Path, ste
     simulation = assembly.co_simulation()
     simulation.initialize()
     spec, found = resolve(scenario), []
-    sea = build_sea(spec.sea_at(0.0), spec.run, spec.site, spec.liquid)
+    sea = build_sea(spec.sea_at(0.0), spec)
     for _ in range(round(8.0 / step)):
         simulation.step()
         time = simulation.communication_point.time

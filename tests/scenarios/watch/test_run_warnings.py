@@ -64,7 +64,7 @@ def test_a_viscous_solve_that_stops_early_is_told() -> None:
     assembly = build(scenario)
     assembly.fluid.advance(0.02)
     report = replace(assembly.fluid.advance(0.02), viscosity_error=0.1, iterations={"viscosity": 3.0})
-    (remark,) = Remarks(resolve(scenario).liquid, None, {}, {}).look(report)
+    (remark,) = Remarks(resolve(scenario), None, {}, {}).look(report)
     assert remark.source == "fluid viscosity"
     assert remark.text.startswith(
         "stopped after 3 iterations per step with a share of the drag left of 0.1, above 0.0001;"
@@ -116,7 +116,7 @@ def test_a_boom_of_thin_segments_is_told_once() -> None:
         "rock": 1.0,
     }
     remarks = Remarks(
-        resolve(scenario_from(SHELF)).liquid,
+        resolve(scenario_from(SHELF)),
         None,
         {},
         swollen_bodies(swelling, dict.fromkeys(swelling, "a particle"), 0.05),
