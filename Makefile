@@ -39,7 +39,8 @@ docs: $(READY)  ## write numbers and figures from the records of the validation,
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo 'open site/index.html'
 
-bench: $(READY)  ## print the tables of measured accuracy and speed
+bench: $(READY)  ## measure the speed of core and exercises, keep it as this commit's record in docs/benchmarks, and print the tables of what they are made of
+	$(BIN)/python -m tests.benchmarks.history
 	$(BIN)/python -m tests.benchmarks.accuracy
 	$(BIN)/python -m tests.benchmarks.calm_spread
 	$(BIN)/python -m tests.benchmarks.recording

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.benchmarks import history
 from tests.validation.case import Quantity
 from tests.validation.cases import CASES, select
 from tests.validation.jobs import ROOT
@@ -168,12 +169,19 @@ def missed() -> str:
     )
 
 
+def speed() -> str:
+    """Write a table of the latest benchmarks, beside the first value on record of each."""
+    rows = list(history.rows())
+    return table("benchmark | figure | now | first on record | commit", rows) if rows else NOT_RUN
+
+
 PARTS: dict[str, Callable[[], str]] = {
     "gates": gates,
     "missed gates": missed,
     "cases": cases,
     "steps": steps,
     "cost": cost,
+    "speed": speed,
 }
 
 
@@ -195,6 +203,7 @@ def on_pre_build(**_: object) -> None:
     """Write the pages and draw the figures before the site is built, as a hook of mkdocs."""
     write()
     report.draw_all()
+    history.draw()
 
 
 if __name__ == "__main__":
