@@ -158,7 +158,7 @@ def state_of(assembly: Assembly, scenario: Scenario, frame: Frame, means: Means 
 
 
 def weather_of(sea: SeaSettings) -> dict[str, Any]:
-    """Return current, wind and waves as ordered: speed [m/s] or height [m], and the direction [rad] to which they go; None without them.
+    """Return visibility [m], and current, wind and waves: speed [m/s] or height [m], and the direction [rad] they go to; None without.
 
     The speed of a tide, or of a table of times, is its largest, or None.
     """
@@ -167,6 +167,7 @@ def weather_of(sea: SeaSettings) -> dict[str, Any]:
         "current": None if current is None else _flow(current),
         "wind": None if wind is None else _flow(wind),
         "waves": None if waves is None else _waves(waves),
+        "visibility": sea.visibility,
     }
 
 

@@ -68,6 +68,7 @@ CONTROLS = (
     Control("sea.waves.significant_height", "change_sea"),
     Control("sea.waves.period", "change_sea"),
     Control("sea.waves.peak_period", "change_sea"),
+    Control("sea.visibility", ""),
     Control("sea.within", ""),
     Control("emitters.*.speed", "pour", driven=True),
 )
@@ -111,7 +112,7 @@ def why_unfelt(keys: Sequence[str], parts: Parts) -> str:
         return "changes tow, but the run was started without it; allowed: tables that the run has"
     if table == "emitters" and "tank" not in boxes and not any(phase.is_oil for phase in parts.phases.values()):
         return "cannot be ordered: the run has no tank, and no phase is oil; allowed: in runs with oil"
-    if table == "sea" and "window" in boxes:
+    if table == "sea" and "window" in boxes and keys[1] != "visibility":
         return (
             "cannot be ordered: the particles of a window move with the sea that they began in; allowed: tow, vessels"
         )

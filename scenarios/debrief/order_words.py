@@ -129,6 +129,7 @@ def _release_in_words(pipe: str, written: str) -> str:
 
 
 _WORDS: Mapping[str, Callable[[float, str], str]] = {
+    "visibility": lambda value, _: f"visibility {three_figures(value)} m",
     "within": lambda value, _: f"within {three_figures(value / 60.0)} min" if value else "at once",
     "waves.*period": lambda value, _: f"waves of {three_figures(value)} s",
     "tow.speed": lambda value, _: f"tow at {value / KNOT:.2f} kn",

@@ -1,4 +1,4 @@
-"""A sea that goes gradually from what it is to what is ordered: wind, current and waves, within `sea.within` seconds."""
+"""A sea that goes gradually from what it is to what is ordered: wind, current, waves and visibility, within `sea.within` seconds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scenarios.spec.resolve import RunSpec
 
 NUMBERS = (
     "sea.wind.speed", "sea.wind.direction", "sea.wind.gust_intensity", "sea.current.speed", "sea.current.direction",
-    "sea.waves.height", "sea.waves.significant_height", "sea.waves.period", "sea.waves.peak_period",
+    "sea.waves.height", "sea.waves.significant_height", "sea.waves.period", "sea.waves.peak_period", "sea.visibility",
 )  # fmt: skip
 _FROM_NOTHING = (
     "speed",

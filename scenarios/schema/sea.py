@@ -223,7 +223,8 @@ class SeaSettings(Section):
     depth        [m] of the still water; by default that of the water in the tank
     level        [m] height of the still water; by default that of the water at the start
     diffusivity  [m2/s] of turbulence, which disperses floating oil in all horizontal directions
-    within       [s] over which wind, current and waves go from what they are to what an order or inject asks for; 0: at once
+    visibility   [m] from a crew to what its page shows: in fog or at night the rest of its plan is veiled; of no effect on the run
+    within       [s] over which wind, current, waves and visibility go from what they are to what an order or inject asks for; 0: at once
 
     It loads bodies and carries oil where no particles are, and moves the particles of windows. In a tank of particles its waves and its
     current drive the water in the zones of the tank, or everywhere without zones, and its wind drags on the surface.
@@ -238,6 +239,7 @@ class SeaSettings(Section):
     langmuir: LangmuirSettings | None = None
     diffusivity: float = quantity_of(SeaDescription, "diffusivity")
     tide: Tide | None = None
+    visibility: float = quantity("m", default=2e4, at_least=10.0)
     within: float = quantity("s", default=0.0, at_least=0.0)
 
     @property

@@ -144,7 +144,7 @@ def _with_window(spec: RunSpec, table: WindowTable, layout: Layout) -> Simulator
         coupled=() if layout.world is None else tuple(solid.name for solid in wetted),
         fluid=window.fluid,
         tank=None,
-        sea=RunSea(layout.sea, lambda: 0.0, lambda: np.zeros(2)),  # whose particles move with it as it is
+        sea=RunSea(layout.sea, lambda: window.fluid.time, lambda: np.zeros(2)),  # whose particles move with it as it is
         bodies=bodies,
         world=layout.world,
         left_out=layout.left_out,

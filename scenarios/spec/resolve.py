@@ -91,7 +91,7 @@ class RunSpec(Tables):
 
     @property
     def in_tank(self) -> bool:
-        """Whether particles fill the domain, between the walls of the tank."""
+        """Tell whether particles fill the domain, between the walls of the tank."""
         return self.tank is not None
 
     @property

@@ -152,11 +152,13 @@ function weatherControls(place, scene, link) {
     <div class="row">${number("wind-speed", "Wind", "kn", 1, 0, 100)}${number("wind-from", "from", "°", 1, 0, 359)}<button data-what="wind">Order</button></div>
     <div class="row">${number("current-speed", "Current", "kn", 0.05, 0, 8)}${number("current-to", "towards", "°", 1, 0, 359)}<button data-what="current">Order</button></div>
     <div class="row">${number("waves-height", "Waves", "m", 0.1, 0, 20)}${number("waves-period", "period", "s", 0.5, 1, 20)}<button data-what="waves">Order</button></div>
+    <div class="row">${number("visibility", "Visibility", "m", 50, 10, 20000)}<button data-what="visibility">Order</button></div>
     <div class="row">${number("weather-within", "Each within", "min, 0 at once", 1, 0, 600)}</div>`);
   when(box, "button", (button) => {
     const what = button.dataset.what, weather = window.conduct.state?.weather, present = weather?.[what];
     let ordered;
-    if (what === "waves") ordered = waves(weather, value("waves-height"), value("waves-period"));
+    if (what === "visibility") ordered = [`sea.visibility=${value("visibility")}`];
+    else if (what === "waves") ordered = waves(weather, value("waves-height"), value("waves-period"));
     else {
       const speed = value(`${what}-speed`) * KNOT, way = what === "wind" ? direction(value("wind-from") + 180, bearing) : direction(value("current-to"), bearing);
       ordered = present ? [`sea.${what}.speed=${speed}`, `sea.${what}.direction=${way}`] : [`sea.${what}={kind="steady",speed=${speed},direction=${way}}`];
@@ -255,7 +257,7 @@ export function showOrdered(scene, state) {
   const degrees = (way) => way == null ? null : compass(way, scene.bearing), { wind, current, waves } = state.weather;
   fill("wind-speed", wind && wind.speed / KNOT, 0); fill("wind-from", wind && degrees(wind.direction + Math.PI), 0);
   fill("current-speed", current && current.speed / KNOT, 2); fill("current-to", current && degrees(current.direction), 0);
-  fill("waves-height", waves && waves.height, 2); fill("waves-period", waves && waves.period, 1); fill("weather-within", state.weather.within / 60, 0);
+  fill("waves-height", waves && waves.height, 2); fill("waves-period", waves && waves.period, 1); fill("visibility", state.weather.visibility, 0); fill("weather-within", state.weather.within / 60, 0);
   fill("tow-speed", state.tow && state.tow.speed / KNOT, 2); fill("tow-course", state.tow && degrees(state.tow.heading), 0);
   for (const [name, vessel] of Object.entries(state.vessels)) {
     fill(`speed-${name}`, vessel.ordered && vessel.ordered.speed / KNOT, 2);

@@ -41,6 +41,8 @@ function drawWeather(pen, view, left, top) {
   if (wind) rows.push(["wind", wind.direction, wind.speed == null ? "from a table" : `${knots(wind.speed, 0)} from ${course(wind.direction + Math.PI, bearing)}`, "#0b5c8a"]);
   if (current) rows.push(["current", current.direction, current.speed == null ? "from a table" : `${knots(current.speed)} towards ${course(current.direction, bearing)}`, "#17734a"]);
   if (waves) rows.push(["waves", waves.direction, `${Number(waves.height.toFixed(2))} m, ${Number(waves.period.toFixed(1))} s, from ${course(waves.direction + Math.PI, bearing)}`, "#5b4a9c"]);
+  const seen = view.state.weather.visibility;
+  if (seen < 10000) rows.push(["sight", null, seen < 1000 ? `${Math.round(seen)} m` : `${(seen / 1000).toFixed(1)} km`, INK]);
   if (!rows.length) return;
   panel(pen, left, top, 246, 12 + 32 * rows.length);
   rows.forEach(([name, direction, words, color], index) => {

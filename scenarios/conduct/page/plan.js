@@ -144,6 +144,16 @@ export class PlanView {
     drawEquipment(pen, this);
     for (const vessel of this.scene.vessels) this.drawVessel(pen, vessel, this.state.vessels[vessel.name]);
     if (this.pin) this.drawPin(pen);
+    if (this.own) this.drawVeil(pen, this.state.vessels[this.own]);
+  }
+
+  // Fog, or night: what a crew does not see from its vessel.
+  drawVeil(pen, own) {
+    const [left, top] = this.at(own.x, own.y), radius = this.state.weather.visibility * this.scale;
+    if (radius > Math.hypot(this.width, this.height)) return;
+    pen.fillStyle = "rgba(196,206,212,.97)";
+    pen.beginPath(); pen.rect(0, 0, this.width, this.height); pen.arc(left, top, radius, 0, 2 * Math.PI); pen.fill("evenodd");
+    drawFurniture(pen, this);
   }
 
   polygon(pen, outline, fill, stroke) {

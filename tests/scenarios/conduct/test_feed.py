@@ -23,7 +23,7 @@ text = "The port engine quits"
 
 [injects.parts]
 at = 0.2
-orders = ["booms.main.parted=[4]", "sea.wind={kind='steady', speed=7.0, direction=0.0}"]
+orders = ["booms.main.parted=[4]", "sea.wind={kind='steady', speed=7.0, direction=0.0}", "sea.visibility=150"]
 """
 
 
@@ -57,6 +57,7 @@ def test_what_injects_order_is_shown(scenario_run: type[ScenarioRun]) -> None:
     assert state["vessels"]["starboard"]["engine"] == "running"
     assert state["booms"]["main"]["parted"] == [4]
     assert state["weather"]["wind"] == {"speed": 7.0, "direction": 0.0}
+    assert state["weather"]["visibility"] == 150.0
     assert state["given"] == ["quits", "parts"]
 
 

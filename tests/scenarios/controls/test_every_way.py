@@ -163,8 +163,9 @@ TRIALS = (
     Trial("sea.waves.peak_period=2.5", IRREGULAR),
     Trial("emitters.leak.speed=0.25", ALONE, starts=True),
 )
-# A tie is made fast within its reach (test_ties), an inject is a way in itself, a time acts beside another order (test_sea_change).
-ELSEWHERE = {"ties.*.made_fast", "injects.*.given", "sea.within"}
+# A tie is made fast within its reach (test_ties), an inject is a way in itself, a time acts beside another order (test_sea_change),
+# and visibility is for people alone (test_feed).
+ELSEWHERE = {"ties.*.made_fast", "injects.*.given", "sea.within", "sea.visibility"}
 
 
 def looped(plan: Plan, setting: str | None = None, at: int = 0) -> str:
