@@ -20,7 +20,7 @@ function briefs(place, scene) {
   for (const [title, text] of [["Brief", scene.brief], ["Notes for the instructor", scene.notes]]) {
     if (!text) continue; // an exercise of particles alone has none
     const isOpen = title === "Brief" && !("notes" in scene);
-    place.insertAdjacentHTML("beforeend", `<details class="brief"${isOpen ? " open" : ""}><summary>${title}</summary><p>${escape(text)}</p></details>`);
+    place.insertAdjacentHTML("beforeend", `<details class="brief"${isOpen ? " open" : ""}><summary>${title}</summary><p>${escape(text.replace(/(.{100,})\n/g, "$1 "))}</p></details>`);
   }
 }
 
