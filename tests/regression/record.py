@@ -71,6 +71,8 @@ def main(arguments: list[str]) -> int:
         parser.error(f"NAME is {', '.join(unknown)}, allowed: {', '.join(CASES)}")
     update, names = options.update, options.names or list(CASES)
     table = recorded() if TABLE.exists() else {"machine": machine(), "runs": {}}
+    if update and table["machine"] != machine():
+        names = list(CASES)  # bits of two machines are not to be mixed
     different = []
     for name in names:
         found = CASES[name]()

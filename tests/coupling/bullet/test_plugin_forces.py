@@ -157,7 +157,9 @@ def test_a_weak_constraint_neither_holds_a_float_nor_throws_it(pybullet_client: 
         speeds.append(pybullet.getBaseVelocity(body, physicsClientId=pybullet_client)[0])
     changes = np.linalg.norm(np.diff(speeds, axis=0), axis=1) * 240.0
     height = pybullet.getBasePositionAndOrientation(body, physicsClientId=pybullet_client)[0][2]
-    assert changes.max() < 15.0 * GRAVITY
+    assert (
+        changes.max() < 265.0 / 1.6 - GRAVITY
+    )  # what buoyancy gives its own mass; water that it takes along makes it less
     assert (height > 0.5) == (limit < 265.0)
 
 

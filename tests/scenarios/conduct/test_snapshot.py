@@ -75,7 +75,7 @@ def test_skimmers_anchors_and_cross_bridles_are_where_they_are(scenario_run: typ
     assert np.linalg.norm(line[0] - top) < 0.5
     middle = 0.5 * (line[19] + line[20])
     assert np.linalg.norm(middle - [weir["x"], weir["y"]]) == pytest.approx(2.0, abs=0.2)  # ahead of segment 19
-    assert weir["nameplate"] == pytest.approx(30.0 / 3600.0)
+    assert weir["nameplate"] == pytest.approx(run.scenario.skimmers["weir"].nameplate / 3600.0)
     assert (weir["stands"], weir["oil"]) == ("", 0.0)
     ordered = Plan(scenario=run.scenario).ordered(["skimmers.weir.running=false"], 0).scenario_at(0)
     run.assembly.controls.order(ordered)
