@@ -237,9 +237,7 @@ class SlickParticipant(Participant):
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Go from `time` to `time + step_size` [s] in one step of the slick."""
         for source in self.sources:  # first of all: a waterline that moves in this step meets the new oil, too
-            is_carried = source.body and self._poses is not None
-            pose = self._poses[self.bodies.index(source.body)] if is_carried else None  # type: ignore[index]
-            source.pour(self._slick, time, step_size, pose)
+            source.pour(self._slick, time, step_size, self._pose_of(source.body))
         self._move_barriers(time + step_size)
         if self.particles is not None:
             relative = self._slick.relative_velocity(self._water or self._flow, time, step_size)
@@ -249,6 +247,10 @@ class SlickParticipant(Participant):
             self.particles.exchange(self._slick, time + step_size)
         self._read()
         return StepResult(Status.OK, time + step_size)
+
+    def _pose_of(self, body: str) -> Array | None:
+        """Return the pose (7,) [m, 1] of a body; None for the name "", and before poses are known."""
+        return None if not body or self._poses is None else self._poses[self.bodies.index(body)]
 
     def _move_barriers(self, time: float) -> None:
         """Tell the slick where the bodies are at `time` [s]."""

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from coupling.testkit.readings import History
 from recordings.files.checkpoint import Checkpoint, save_checkpoint, state_hash
 from recordings.model.frame import Frame, RunDescription
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MARK = (230, 30, 120, 255)  # red, green, blue, opacity: a colour that no palette of a run has
 OTHER = (176, 182, 188, 255)
@@ -40,6 +44,16 @@ def write_checkpoint(state: dict[str, Any], frame: Frame, run: dict[str, Any], p
     """
     checkpoint = Checkpoint(scenario_hash=state_hash(run), index=frame.index, time=frame.time, run=run, state=state)
     save_checkpoint(path, checkpoint)
+
+
+def _outline(axes: Axes, name: str, corners: NDArray[np.float64]) -> None:
+    """Draw the outline (K, 2) [pixels] of a marked body, with its name."""
+    tint = [part / 255.0 for part in MARK[:3]]
+    axes.fill(*corners.T, fill=False, edgecolor=tint, linewidth=1.6, linestyle="--")
+    x, y = corners[corners[:, 1].argmin()]
+    axes.annotate(
+        name, (x, y), (0, 10), textcoords="offset points", ha="center", fontsize=11, fontweight="bold", color=tint
+    )
 
 
 def draw_moment(history: History, frame: Frame, marked: Sequence[str], text: str, path: Path) -> None:
@@ -77,15 +91,7 @@ def draw_moment(history: History, frame: Frame, marked: Sequence[str], text: str
         axes.set_axis_off()
         axes.autoscale(False)
         for name in (one for one in marked if one in meshes and one in moment.bodies):
-            corners = view.outline(name, moment)
-            axes.fill(
-                *corners.T, fill=False, edgecolor=[part / 255.0 for part in MARK[:3]], linewidth=1.6, linestyle="--"
-            )
-            x, y = corners[corners[:, 1].argmin()]
-            axes.annotate(
-                name, (x, y), (0, 10), textcoords="offset points", ha="center", fontsize=11, fontweight="bold",
-                color=[part / 255.0 for part in MARK[:3]],
-            )  # fmt: skip
+            _outline(axes, name, view.outline(name, moment))
         figure.text(
             0.015,
             1.0 - 0.2 / height,
