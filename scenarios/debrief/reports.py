@@ -1,7 +1,8 @@
 """The fields of POLREP and ICS 209 that a recording can fill, its oil balance, and the cost of the operation.
 
-POLREP: POLWARN 1-5, POLINF 40-60, POLFAC 80-99, as IMO-560 (1995) numbers them, and REMPEC and the Bonn Agreement after it. ICS 209: FEMA
-502-2 (2010).
+POLREP: POLWARN 1-5, POLINF 40-60, POLFAC 80-99, as IMO-560 (1995) numbers them, and REMPEC and the Bonn Agreement after it; read in the
+Indian Coast Guard's contingency plan for the eastern region, annex 1A, whose spare numbers are left out. ICS 209: FEMA 502-2, version 3
+(September 2010); read in FEMA's form, whose fields carry number and title, and in its instructions by block.
 """
 
 from __future__ import annotations
@@ -33,6 +34,24 @@ _ROWS = {
     "left_the_domain": "left the simulated water",
 }
 _SERIES = "oil/lost/"
+ICS_209_BLOCKS = (
+    "Incident name", "Incident number", "Report version", "Incident commander(s) and agency or organization",
+    "Incident management organization", "Incident start date/time", "Current incident size or area involved",
+    "Percent contained or completed", "Incident definition", "Incident complexity level", "For time period", "Prepared by",
+    "Date/time submitted", "Approved by", "Primary location, organization, or agency sent to", "State", "County/parish/borough",
+    "City", "Unit or other", "Incident jurisdiction", "Incident location ownership", "Longitude and latitude",
+    "US National Grid reference", "Legal description", "Short location or area description", "UTM coordinates",
+    "Electronic geospatial data included or attached", "Significant events for the time period reported",
+    "Primary materials or hazards involved", "Damage assessment information", "Public status summary", "Responder status summary",
+    "Life, safety, and health status/threat remarks", "Life, safety, and health threat management", "Weather concerns",
+    "Projected incident activity, potential, movement, escalation, or spread", "Strategic objectives",
+    "Current incident threat summary and risk information", "Critical resource needs", "Strategic discussion",
+    "Planned actions for next operational period", "Projected final incident size/area",
+    "Anticipated incident management completion date", "Projected significant resource demobilization start date",
+    "Estimated incident costs to date", "Projected final incident cost estimate", "Remarks", "Agency or organization", "Resources",
+    "Additional personnel not assigned to a resource", "Total personnel", "Total resources",
+    "Additional cooperating and assisting organizations not listed above",
+)  # titles of blocks 1 to 53, in order  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +139,7 @@ def polrep(replay: Replay, moments: Sequence[KeyMoment], cost: str) -> Fields:
         ("52", "Names of other states and organisations informed", ""), ("60", "Acknowledge", ""),
         ("80", "Date and time", ""), ("81", "Request for assistance", ""), ("82", "Cost", cost),
         ("83", "Pre-arrangements for the delivery of assistance", ""), ("84", "Where and how assistance is to be rendered", ""),
-        ("85", "Names of other states and organisations", ""), ("86", "Change of command", ""),
+        ("85", "Other states and organisations requested", ""), ("86", "Change of command", ""),
         ("87", "Exchange of information", ""), ("99", "Acknowledge", ""),
     ]  # fmt: skip
 
@@ -131,31 +150,27 @@ def ics_209(replay: Replay, moments: Sequence[KeyMoment], cost: str) -> Fields:
     start, end = _date(replay, moments[0].time), _date(replay, moments[-1].time)
     weather = "; ".join(f"{name} {said}" for name, said in (("wind", wind), ("current", current)) if said)
     period = f"{start} to {end}" if start else f"exercise time {moments[0].time:.0f} s to {moments[-1].time:.0f} s"
-    titles = "Incident number|Report version|Incident commander and agency|Incident management organisation"
     told = [
         f"{event.time:.0f} s {event.source}: {event.text}"
         for event in replay.events
         if event.urgency and not is_technical(event)
     ]
-    return [
-        ("1", "Incident name", str(replay.run.properties.get("title") or replay.run.name)),
-        *((str(number), title, "") for number, title in enumerate(titles.split("|"), start=2)),
-        ("6", "Incident start", start), ("7", "Current size or area involved", _extent(replay, moments[-1])),
-        ("8", "Percent contained", _contained(replay)), ("9", "Incident definition", "oil spill (exercise)"),
-        ("10", "Complexity level", ""), ("11", "For time period", period), ("12", "Prepared by", ""),
-        ("13", "Submitted", ""), ("14", "Approved by", ""), ("15", "Primary location sent to", ""),
-        ("16-21", "State, county, city, unit, jurisdiction, ownership", ""), ("22", "Latitude and longitude", _place(replay, moments[0])),
-        ("23-27", "Grid references, description of the place", ""), ("28", "Significant events", "; ".join(told)),
-        ("29", "Primary materials or hazards", _characteristics(replay)), ("30", "Damage assessment", ""),
-        ("31-34", "Public and responder status, life and safety", ""), ("35", "Weather concerns", weather),
-        ("36", "Projected activity", ""), ("37", "Strategic objectives", ""),
-        ("38-41", "Threat, resource needs, discussion, planned actions", ""),
-        ("42", "Projected final size", ""), ("43-44", "Anticipated completion and demobilisation", ""),
-        ("45", "Estimated costs to date", cost),
-        ("46", "Projected final cost", ""), ("47", "Remarks", "Oil balance, map and time line follow."),
-        ("48", "Agency", ""), ("49", "Resources", _ships(replay)),
-        ("50-52", "Personnel, cooperating organisations", ""), ("53", "Additional organisations", ""),
-    ]  # fmt: skip
+    known = {
+        1: str(replay.run.properties.get("title") or replay.run.name),
+        6: start,
+        7: _extent(replay, moments[-1]),
+        8: _contained(replay),
+        9: "oil spill (exercise)",
+        11: period,
+        22: _place(replay, moments[0]),
+        28: "; ".join(told),
+        29: _characteristics(replay),
+        35: weather,
+        45: cost,
+        47: "Oil balance, map and time line follow.",
+        49: _ships(replay),
+    }
+    return [(str(number), title, known.get(number, "")) for number, title in enumerate(ICS_209_BLOCKS, start=1)]
 
 
 def _at_end(replay: Replay, name: str) -> float:

@@ -15,13 +15,32 @@ from recordings.model.frame import BodyFrame, Frame, MeshDescription, PhaseDescr
 from recordings.replay.joined import JoinedReplay
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main
-from scenarios.debrief.reports import oil_balance, operation_cost
+from scenarios.debrief.reports import ICS_209_BLOCKS, oil_balance, operation_cost
 from scenarios.spec.load import load_scenario
 from scenarios.text.problems import ScenarioError
 
 DURATION = 1800.0  # [s]
 ROWS = {"spilled": 4.0, "afloat": 1.0, "contained": 1.5, "recovered": 0.5, "stranded": 0.25, "lost/drainage": 0.75}
 PRICES = {"currency": "NOK", "vessel_hour": 400.0, "skimmer_hour": 100.0, "recovered_m3": 300.0, "lost_m3": 8000.0}
+
+PRINTED = {  # blocks of the ICS 209, version 3 (2010), as the form prints number and title
+    13: "Date/time submitted",
+    22: "Longitude and latitude",
+    28: "Significant events for the time period reported",
+    31: "Public status summary",
+    33: "Life, safety, and health status/threat remarks",
+    35: "Weather concerns",
+    37: "Strategic objectives",
+    38: "Current incident threat summary and risk information",
+    40: "Strategic discussion",
+    41: "Planned actions for next operational period",
+    44: "Projected significant resource demobilization start date",
+    45: "Estimated incident costs to date",
+    47: "Remarks",
+    48: "Agency or organization",
+    51: "Total personnel",
+    53: "Additional cooperating and assisting organizations not listed above",
+}
 
 
 @pytest.fixture(scope="module")
@@ -69,15 +88,18 @@ def test_the_forms_say_what_is_known_and_leave_the_rest_blank(recording: Path, t
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     cells = re.findall(r'<td class="n">([\d-]+)</td><td class="field">([^<]*)</td><td>(.*?)</td>', page)
     forms = {title: value for _, title, value in cells}
-    assert forms["Cost"] == forms["Estimated costs to date"] == "6,750.00 NOK"
+    assert forms["Cost"] == forms["Estimated incident costs to date"] == "6,750.00 NOK"
     assert forms["Outflow"] == "4 m3"
-    assert forms["Position"] == forms["Latitude and longitude"] == "58.9000° N, 5.6000° E"
+    assert forms["Position"] == forms["Longitude and latitude"] == "58.9000° N, 5.6000° E"
     assert forms["For time period"] == "2026-05-01 08:00:00 UTC to 2026-05-01 08:30:00 UTC"
     assert forms["Wind direction and speed"] == "10 kn from 000° (at the start)"
-    assert forms["Percent contained"] == "50 % held by booms or recovered"
+    assert forms["Percent contained or completed"] == "50 % held by booms or recovered"
     assert "20 m by 10 m" in forms["Position and extent of pollution"]
     for unknown in ("Forecast of likely effect", "Sea state and visibility", "Prepared by", "Incident number"):
         assert "blank" in forms[unknown]
+    numbered = {int(number): title for number, title, _ in cells[-len(ICS_209_BLOCKS) :]}
+    assert list(numbered) == list(range(1, 54))
+    assert PRINTED.items() <= numbered.items()
     assert "Without a price, and not counted: Oil stranded" in page
 
 
