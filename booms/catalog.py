@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-from booms.boom import Boom, BoomDesign
-from booms.fast_water import Pocket
+from booms.boom import Boom, BoomDesign, Pocket
 from oilsim.core.catalogue import CatalogueEntry, read_catalogue
 from oilsim.core.physical_constants import KNOT, SEA_WATER_DENSITY
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from typing import Any, Literal, get_args, get_origin
 
-from booms.fast_water import Pocket
+from booms.boom import Pocket
 from oilsim.core.quantity import quantities
 from oilsim.sea import Tide
 from scenarios.schema import (
@@ -19,7 +19,6 @@ from scenarios.schema import (
     injects,
     liquid,
     moorings,
-    prices,
     recovery,
     run_settings,
     sea,
@@ -146,7 +145,7 @@ CHAPTERS: tuple[tuple[str, tuple[type, ...]], ...] = (
     ("injects.NAME", (injects.InjectSettings,)),
     ("injects.NAME.when", (injects.ConditionSettings,)),
     ("criteria.KEY", (criteria.CriterionSettings,)),
-    ("prices", (prices.PriceSettings,)),
+    ("prices", (criteria.PriceSettings,)),
     ("probes.NAME", get_args(run_settings.Probe)),
     ("fmus.NAME", (fmu_settings.FmuSettings,)),
     ("recording", (run_settings.RecordingSettings,)),

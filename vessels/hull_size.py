@@ -1,10 +1,12 @@
-"""The size of a hull and its limits. They are read without the meshes of hulls, so that a scenario is checked without them."""
+"""The size of a hull and its limits, and the catalogue of workboats and tugs, read without meshes: a scenario is checked without them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
+from oilsim.core.catalogue import CatalogueEntry, read_catalogue
 from oilsim.core.quantity import quantity, require
 
 
@@ -26,3 +28,21 @@ class HullSize:
     def _problems(self) -> Iterator[str]:
         if not self.depth > self.draft:
             yield f"depth is {self.depth:g} m, allowed: above draft = {self.draft:g} m, so that there is freeboard"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CatalogueVessel(CatalogueEntry):
+    """A vessel of the catalogue: length, beam, draft, depth [m]; bollard_pull [N] ahead; speed_kn [kn] running free."""
+
+    length: float
+    beam: float
+    draft: float
+    depth: float
+    bollard_pull: float
+    speed_kn: float | None = None
+
+
+@lru_cache(maxsize=1)
+def catalogue() -> Mapping[str, CatalogueVessel]:
+    """Read the catalogue, by name."""
+    return read_catalogue("vessels", "catalogue.toml", CatalogueVessel)

@@ -4,6 +4,15 @@ At every `INTERVAL` of simulated time the closures' losses are booked into budge
 segment owes a particle, the held oil particle nearest to its foot changes place with a water particle behind and below the foot, or, over
 the top, behind the float. Volume, mass and momentum stay exact, and the lost oil is seen and drifts on.
 
+There are two ways out, under the foot and over the top. A segment's budget grows by the loss that the closures of that way give, and
+falls by the oil that particles carried out there (top up, never add). Which cause a particle's loss has is told by rules of thumb, so a
+loss by one cause also counts against the closures of the other causes on the same way; nothing counts twice. An overdrawn budget
+forgets its debt with the time constant `WINDOW`: a burst of resolved loss counts against the closures for that window only.
+
+A way out is due when its budget reaches one particle's volume, by the cause that has the largest claim; what particles lost by themselves
+is taken off the claims of its way. Each budget begins with a part of a particle's volume, drawn from a seed. So the expected loss of all
+segments is that of the closures from the beginning, though a segment can only lose whole particles.
+
 Lean: the draft that a leaning skirt still has, from its pose.
 
 In a run the pose is resolved; the skirt's foot and the local surface give the draft.
@@ -22,7 +31,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from booms.boom_state import BoomState, beside, nearest_image, signed_distance
 from booms.containment import Containment, Standing
-from booms.losses.budgets import LossBudgets
 from booms.losses.liquids import OilOnWater, front_thickness, mixed
 from booms.losses.rates import WAYS, Closures, Drivers
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
@@ -32,13 +40,52 @@ from oilsim.backend.jit import njit
 from oilsim.oil.fates import LossCause
 from oilsim.slick.loss_rate import passed_share
 
+Array = NDArray[np.float64]
+
+# [s] for which a resolved loss in excess of the closures' counts against them; assumed: the time that an observer takes for one loss
+WINDOW = 5.0
+
+
+class LossBudgets(SavedFields):
+    """Volumes owed [m3] by way out and segment (ways, S)."""
+
+    STATE = ("owed", "_claims")
+
+    def __init__(self, segments: int, particle_volume: float, seed: int) -> None:
+        """Begin with shares of `particle_volume` [m3] drawn from `seed`."""
+        self._volume = particle_volume
+        self.owed: Array = particle_volume * np.random.default_rng(seed).random((len(WAYS), segments))
+        self._claims = np.zeros((len(LossCause), segments))  # [m3] by the closures, less what was paid, by cause
+
+    def add(self, closure: Array, resolved: Array, duration: float) -> None:
+        """Add the closures' losses (causes, S) [m3] of `duration` [s], and the particles' own losses there in that time."""
+        self.owed[self.owed < 0.0] *= np.exp(-duration / WINDOW)
+        for row, way in enumerate(WAYS):
+            causes = list(way)
+            paid = resolved[causes].sum(axis=0)
+            self.owed[row] += closure[causes].sum(axis=0) - paid
+            claims = self._claims[causes] + closure[causes]
+            whole = np.maximum(claims, 0.0).sum(axis=0)
+            left = 1.0 - np.minimum(np.divide(paid, whole, out=np.zeros_like(whole), where=whole > 0.0), 1.0)
+            self._claims[causes] = np.where(claims > 0.0, left * claims, claims)
+
+    def due(self, segment: int, way: int) -> LossCause | None:
+        """Return the cause by which a particle of a segment is due on a way out; None where less than a particle is owed."""
+        if self.owed[way, segment] < self._volume:
+            return None
+        causes = WAYS[way]
+        return causes[int(np.argmax(self._claims[list(causes), segment]))]
+
+    def pay(self, segment: int, way: int, cause: LossCause) -> None:
+        """Take one particle off what a segment owes."""
+        self.owed[way, segment] -= self._volume
+        self._claims[cause, segment] -= self._volume
+
 
 def effective_draft(surface: ArrayLike, foot: ArrayLike) -> Array:
     """Compute the draft from the local surface down to the foot (S,) [m], 0 for a foot out of the water; both heights (S,) [m]."""
     return np.asarray(np.maximum(0.0, np.asarray(surface) - np.asarray(foot)))
 
-
-Array = NDArray[np.float64]
 
 # [s] between two looks; numerical: short against waves and against the time d / U in which water passes a skirt
 INTERVAL = 0.1

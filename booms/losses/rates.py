@@ -50,7 +50,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from booms.fast_water import Pocket
+from booms.boom import Pocket
 from booms.losses.liquids import OilOnWater, boom_thickness, front_thickness, slick_length
 from booms.losses.resolution import Resolution
 from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT, droplet_onset_speed

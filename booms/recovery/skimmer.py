@@ -16,10 +16,13 @@ limits it, TE falls to N RE / Q. The effective daily recovery capacity is N x 24
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 from coupling.master.saved_fields import SavedFields
+from oilsim.core.catalogue import CatalogueEntry, read_catalogue
 from oilsim.core.physical_constants import GRAVITY, SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, require
 
@@ -165,3 +168,21 @@ class Skimmer(SavedFields):
             "share_of_nameplate": fluid / account.working / design.nameplate if hours > 0.0 else None,
             "effective_daily_recovery_capacity_m3": daily_capacity(design.nameplate),
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class CatalogueSkimmer(CatalogueEntry):
+    """A skimmer of the catalogue: nameplate [m3/h] of fluid, swath [m] of its mouth, storage [m3], and efficiencies [-] as tested."""
+
+    kind: SkimmerKind
+    nameplate: float
+    swath: float | None = None
+    throughput_efficiency: float | None = None
+    recovery_efficiency: float | None = None
+    storage: float | None = None
+
+
+@lru_cache(maxsize=1)
+def catalogue() -> Mapping[str, CatalogueSkimmer]:
+    """Read the catalogue, by name."""
+    return read_catalogue("booms.recovery", "catalogue.toml", CatalogueSkimmer)

@@ -1,4 +1,7 @@
-"""The loads on the bodies of a world: elastic lines and mooring legs that pull on them, a sea, and wrenches of other causes."""
+"""The loads on the bodies of a world: elastic lines and mooring legs that pull on them, a sea, and wrenches of other causes.
+
+They give the length of a step, too: no body turns, swings or moves into another one too far, and lines are stable.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +13,14 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.engine_step import Body
+from coupling.multibody.broad_phase import BroadPhase
 from coupling.multibody.constrained_mobility import ConstrainedMobility, Environment, MetEnvironment
 from coupling.multibody.ground_tackle import Anchor, LegPart
+from coupling.multibody.joint_constraints import Articulation
 from coupling.multibody.lines import ElasticLine, Line, Lines, stiffest
 from coupling.multibody.mooring_leg import MooringLeg
 from coupling.multibody.prescribed_motion import Vector
-from coupling.multibody.rigid_state import RigidBodyState
-from coupling.multibody.step_length import SHORTEST
+from coupling.multibody.rigid_state import RigidBodyState, steady
 
 Array = npt.NDArray[np.float64]
 
@@ -166,3 +170,45 @@ class LoadedBodies:
         """Set the wrench (6,) [N, N m] of other causes, such as thrust; it acts until it is set again."""
         self._state.applied_wrench[self._body(name).row] = wrench
         self._mobility.pushed()
+
+
+TURNED = (
+    0.025  # [rad], largest turn; a tumbling body then gains or loses less than a thousandth of its energy in ten turns
+)
+TURNED_AT_SEA = (
+    0.1  # [rad], largest turn of bodies that a sea loads: its damping takes far more energy than the step's error makes
+)
+SWUNG = 0.5  # [rad], largest swing under the forces of joints; from 2 on swings grow
+SWUNG_AT_SEA = 1.0  # [rad], the same of bodies that a sea loads, whose damping takes what swings gain
+CHOSEN_FOR = 2  # longest sub-steps at sea for which the sub-step is chosen at once; waves change little within them
+SHORTEST = 5e-4  # [s], shortest step because of turns and swings, and of any single line when it is added
+
+
+def step_rate(
+    state: RigidBodyState,
+    gravity: Array,
+    held: Articulation | None,
+    lines: Lines,
+    broad_phase: BroadPhase,
+    spans: tuple[float, float],
+) -> float:
+    """Return the steps per second that bodies, joints (`held`) and lines need now; gravity (3,) [m/s2].
+
+    spans [s]: the longest step that is allowed anyway, and the time within which bodies may run into each other.
+    """
+    longest, duration = spans
+    spin = np.linalg.norm(state.twist[state.is_free, 3:], axis=1)
+    at_sea = state.resistance is not None
+    patient = float(spin.max(initial=0.0)) / (TURNED_AT_SEA if at_sea else TURNED)
+    wrench = state.wrench + state.applied_wrench + lines.present_pull(state.pose, state.twist) + state.sea_load
+    if held is not None:
+        free = state.accelerations_under(wrench, gravity)
+        inverse_inertia = state.inverse_masses()[:, 3:, 3:] if at_sea else state.inverse_inertia()
+        swung = SWUNG_AT_SEA if at_sea else SWUNG
+        patient = max(patient, held.swing(free, inverse_inertia, swung / longest) / swung)
+    # a resting body is not accelerated by its weight: joints and contacts last
+    lasting = wrench + steady(state.earlier_reaction, state.reaction)
+    later = state.twist + duration * state.accelerations_under(lasting, gravity)
+    leaping = (broad_phase.rate(state.pose, twist, duration) for twist in (state.twist, later))
+    stiff = 1.0 / lines.longest_step(state.pose, state.inverse_masses())
+    return max(min(patient, 1.0 / SHORTEST), stiff, *leaping)

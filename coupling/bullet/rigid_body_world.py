@@ -16,7 +16,7 @@ import trimesh
 
 from coupling.bullet.bullet_client import BulletClient
 from coupling.bullet.engine_step import Body, EngineStep
-from coupling.bullet.loaded_bodies import LoadedBodies
+from coupling.bullet.loaded_bodies import CHOSEN_FOR, LoadedBodies, step_rate
 from coupling.multibody.broad_phase import BroadPhase
 from coupling.multibody.joint_constraints import PointJoint
 from coupling.multibody.joint_twist import twists_of
@@ -30,7 +30,6 @@ from coupling.multibody.prescribed_motion import (
     Vector,
 )
 from coupling.multibody.rigid_state import pose_of, twist_of
-from coupling.multibody.step_length import CHOSEN_FOR, step_rate
 from coupling.solids.bodies import MassProperties, require_closed
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.fluid.checks import finite

@@ -25,10 +25,9 @@ from fmpy.fmi2 import FMU2Slave, fmi2LastSuccessfulTime, fmi2Terminated
 from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import ModelVariable
 
-from coupling.fmu.model_description import read_description
 from coupling.fmu.participant_slave import ENDED
 from coupling.fmu.trial_process import is_own_process, suspected_folder, temporary_folder, try_out
-from coupling.fmu.variables import FLOATS, FmuMessages, grouped, variables_of, whole
+from coupling.fmu.variables import FLOATS, FmuMessages, grouped, read_description, variables_of, whole
 from coupling.master.participant import Causality, Participant, Status, StepResult, checked_value
 
 Array = npt.NDArray[np.float64]

@@ -25,9 +25,8 @@ from oilsim.oil.fates import CAUSES
 from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_rate import LossRate, no_loss
 from oilsim.slick.parcels import Parcels, Rows
-from oilsim.slick.slick import Slick
+from oilsim.slick.slick import Slick, SurfaceFlow
 from oilsim.slick.spill_source import SpillSource
-from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = npt.NDArray[np.float64]
 

@@ -31,8 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.core.state import FluidState
-from oilsim.stages.contact import apply_wall_contact
-from oilsim.stages.drops import move_drops
+from oilsim.stages.contact import apply_wall_contact, move_drops
 from oilsim.stages.explicit import Drive, add_gravity, advect, apply_adhesion, apply_tension, press_films, wrap_periodic
 from oilsim.stages.pairs import cache_pair_gradients, search_neighbors
 from oilsim.stages.pressure import apply_last_pressure, minority_phases, project_velocity

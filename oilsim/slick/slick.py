@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,9 +32,19 @@ from oilsim.slick.pools import (
     sustain,
 )
 from oilsim.slick.stranding import carry_stranded, nearest_water, strand, strand_held
-from oilsim.slick.surface_flow import SurfaceFlow
 
 Array = NDArray[np.float64]
+
+
+class SurfaceFlow(Protocol):
+    """The motion of floating oil where no boom is: current, Stokes drift and drift of the wind, added up.
+
+    The velocity is the mean over waves. Turbulence finer than the flow's own scale is not in it: `SlickSettings.diffusivity` stands for it.
+    """
+
+    def surface_velocity(self, points_xy: Array, time: float) -> Array:
+        """Return the velocity (N, 2) [m/s] at points (N, 2) [m] in the world at `time` [s]; it must not write into the points."""
+
 
 # [rad] angle between successive parcels of a release; theory (Vogel 1979); the golden angle fills a disc evenly
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from oilsim.slick.surface_flow import SurfaceFlow
+from oilsim.slick.slick import SurfaceFlow
 from oilsim.window.window import Window
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from recordings.files.writing import RecordingError
 from recordings.model import entity_paths, palette
-from recordings.model.equipment import Equipment
+from recordings.model.exercise import Equipment
 from recordings.model.frame import BodyFrame, PhaseFrame
 from recordings.model.surface import SurfaceFrame
 from recordings.replay.recording import Replay, Series

@@ -12,8 +12,7 @@ import pyarrow as pa
 import rerun as rr
 
 from recordings.model import appearance, entity_paths, palette
-from recordings.model.equipment import Equipment
-from recordings.model.exercise import BoomDescription, ExerciseDescription
+from recordings.model.exercise import BoomDescription, Equipment, ExerciseDescription
 from recordings.model.frame import MeshDescription, RunDescription
 from recordings.model.sample import Sample
 from recordings.model.surface import SurfaceFrame, grid_faces

@@ -29,9 +29,9 @@ class Shelf(NamedTuple):
 
 SHELVES = {
     "booms": Shelf("booms.catalog", "boom", ("skirt_depth", "freeboard", "strength")),
-    "vessels": Shelf("vessels.catalog", "vessel", ("length", "beam", "draft", "bollard_pull", "speed_kn")),
+    "vessels": Shelf("vessels.hull_size", "vessel", ("length", "beam", "draft", "bollard_pull", "speed_kn")),
     "skimmers": Shelf(
-        "booms.recovery.catalog", "skimmer", ("kind", "nameplate", "recovery_efficiency", "swath", "storage")
+        "booms.recovery.skimmer", "skimmer", ("kind", "nameplate", "recovery_efficiency", "swath", "storage")
     ),
 }
 UNITS = {

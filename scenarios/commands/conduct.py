@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.commands.options import add_scenario, overrides
 from scenarios.running.output_paths import free_recording, unwritable
-from scenarios.spec.at_rest import rest_settings
+from scenarios.spec.scenario import rest_settings
 from scenarios.text.problems import Problem, ScenarioError, reason_of
 
 if TYPE_CHECKING:
@@ -93,8 +93,7 @@ def _new(options: argparse.Namespace) -> tuple[Errand, list[str]]:
 
 def _resumed(options: argparse.Namespace) -> tuple[Errand, list[str]]:
     """Return the errand that resumes a recorded run, and the names of its vessels; ScenarioError where it cannot go on."""
-    from scenarios.conduct.conducted_run import Errand, restart_of
-    from scenarios.conduct.recalled import end_and_names
+    from scenarios.conduct.conducted_run import Errand, end_and_names, restart_of
 
     end, taken = end_and_names(options.resume)
     at = end if options.at is None else options.at

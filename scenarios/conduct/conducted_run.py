@@ -1,6 +1,8 @@
 """The run of a console, in a process of its own, so that pages answer whatever the run does.
 
 The channel from a run to its console, in which only the latest state waits, and the observer that fills it.
+
+A console that resumes a recording recalls the pieces of that run, so that marks and branches reach back, and its log.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from rich.console import Console
 from coupling.master.observer_dispatch import CommunicationPoint
 from recordings.files.writing import RecordingError
 from recordings.model.frame import Event, Frame, RunDescription
+from recordings.replay.joined import JoinedReplay
 from scenarios.conduct.averages import Means
 from scenarios.conduct.snapshot import scene_of, state_of
 from scenarios.running.assembly import Assembly
@@ -308,3 +311,30 @@ def _run(errand: Errand, sender: LatestSender) -> int:
         options=options(Plan(scenario=loaded.scenario), loaded.path),
         console=quiet,
     )
+
+
+def end_and_names(recording: Path) -> tuple[float, list[str]]:
+    """Return the last recorded time [s] of a run, and the names of its recordings; RecordingError for what is no recording."""
+    replay = JoinedReplay(recording)
+    end = max((float(one.time[-1]) for one in replay.scalars.values() if len(one.time)), default=0.0)
+    return end, [recording.name, *(Path(branch.recording).name for branch in replay.branches)]
+
+
+def recalled(errand: Errand) -> tuple[list[Errand], list[dict[str, Any]]]:
+    """Return the pieces of the run that `errand` resumes, from its start, and its log up to there, each mark with its recording's name."""
+    assert errand.source is not None
+    replay, pieces = JoinedReplay(errand.source), list[Errand]()
+    began = 0.0
+    for branch in replay.branches:
+        record = errand.source.with_name(Path(branch.recording).name)
+        pieces.append(Errand(scenario=errand.scenario, record=record, source=_last(pieces), at=began))
+        began = branch.time
+    pieces.append(Errand(scenario=errand.scenario, record=errand.source, source=_last(pieces), at=began))
+    events = [event for event in replay.events if event.time <= errand.at + 1e-9]
+    held_by = [max((piece for piece in pieces if piece.at <= event.time), key=lambda one: one.at) for event in events]
+    lines = [line_of(event) | {"recording": piece.record.name} for event, piece in zip(events, held_by, strict=True)]
+    return pieces, lines
+
+
+def _last(pieces: list[Errand]) -> Path | None:
+    return pieces[-1].record if pieces else None

@@ -32,9 +32,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from recordings.model.frame import INSTRUCTOR
 from recordings.sink.viewer import WebViewer
-from scenarios.conduct.access import Access, Places, Role
+from scenarios.conduct.access import Access, Places, Role, line_seen, scene_seen, summary_seen
 from scenarios.conduct.commands import read_command, read_message
-from scenarios.conduct.secrecy import line_seen, scene_seen, summary_seen
 from scenarios.conduct.session import Session
 from scenarios.text.problems import ScenarioError
 

@@ -20,9 +20,8 @@ from typing import Any
 
 from scenarios.conduct.access import INSTRUCTOR, Role
 from scenarios.conduct.commands import Command, refused, settings_of
-from scenarios.conduct.conducted_run import Errand, restart_of, start_run
+from scenarios.conduct.conducted_run import Errand, recalled, restart_of, start_run
 from scenarios.conduct.history import Album, History
-from scenarios.conduct.recalled import recalled
 from scenarios.debrief.order_words import order_in_words
 from scenarios.orders.client import NoAnswerError, ask
 from scenarios.orders.protocol import Kind

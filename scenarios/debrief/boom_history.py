@@ -15,7 +15,7 @@ from booms.containment import PRACTICE_SPEED
 from recordings.model.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import Replay, Series
 from recordings.replay.series import WORST, BodySeries, reached
-from scenarios.debrief.crew import crew_acted
+from scenarios.debrief.order_words import crew_acted
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,11 @@
-"""Orders of an instructor in the words of the deck: ``tow.speed=0.36`` is "tow at 0.70 kn"."""
+"""Orders of an instructor in the words of the deck: ``tow.speed=0.36`` is "tow at 0.70 kn".
+
+Orders of a crew are its acts: an exercise that needs orders is not passed by who gives none.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 import shlex
 import tomllib
@@ -10,22 +14,18 @@ from fnmatch import fnmatch
 
 from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words, levers_in_words, three_figures, volume_in_words
+from recordings.replay.recording import Replay
 from scenarios.schema.parsing.structuring import COMPASS, SUFFIXES
 
-_PREFIX = "orders "
+ORDERED = "orders "  # how the text of an order's event begins
 _COURSES = ("tow.heading", "wind.direction", "current.direction")
 
 
 def order_in_words(text: str, bearing: float) -> str:
     """Return the text of an instructor's event in words; `bearing` [rad] of the x axis, clockwise from north."""
-    if not text.startswith(_PREFIX):
+    if not text.startswith(ORDERED):
         return text
-    ordered = text.removeprefix(_PREFIX)
-    try:
-        settings = shlex.split(ordered)
-    except ValueError:  # older recordings have texts without quotes
-        settings = ordered.split(" ")
-    return "; ".join(_in_words(setting, bearing) for setting in settings)
+    return "; ".join(_in_words(setting, bearing) for setting in _settings(text))
 
 
 def _in_words(setting: str, bearing: float) -> str:
@@ -143,3 +143,34 @@ _WORDS: Mapping[str, Callable[[float, str], str]] = {
         f"pipe {key.split('.')[1]} {'shut' if value == 0.0 else f'at {three_figures(value)} m/s'}"
     ),
 }
+
+
+# what crews order; engines that fail, lines that part and the weather are the instructor's
+ACTS = (
+    "tow.*", "vessels.*.legs*", "vessels.*_order=*", "*.hauled=*", "vessels.*.engine=*running*", "booms.*.tow_line=*",
+    "booms.*.reel.paid_out=*", "ties.*.made_fast=*", "skimmers.*.running=true", "skimmers.*.place=*",
+)  # fmt: skip
+
+
+def crew_acted(replay: Replay) -> bool:
+    """Return False if the recorded exercise needs orders, and nobody gave a vessel, a line or a skimmer one; else True.
+
+    Injects come by themselves: one that lets a skimmer run again is no act of a crew.
+    """
+    plan = json.loads(str(replay.run.properties.get("plan") or "{}"))
+    exercise = plan.get("scenario", {}).get("exercise") or {}
+    return not exercise.get("needs_orders", False) or any(
+        any(fnmatch(setting, act) for act in ACTS)
+        for event in replay.events
+        if event.is_by_people and event.text.startswith(ORDERED)
+        for setting in _settings(event.text)
+    )
+
+
+def _settings(text: str) -> list[str]:
+    """Return the settings that the text of an order's event has."""
+    ordered = text.removeprefix(ORDERED)
+    try:
+        return shlex.split(ordered)
+    except ValueError:  # older recordings have texts without quotes
+        return ordered.split(" ")

@@ -18,9 +18,8 @@ from coupling.master.saved_fields import require_alike
 from recordings.files.checkpoint import Checkpoint, CheckpointError, load_checkpoint, save_checkpoint, state_hash
 from recordings.files.writing import RECORDING_ENDING, RecordingError, absence, held
 from scenarios.running.assembly import Assembly
-from scenarios.running.given_orders import replayed_after, with_given_orders
 from scenarios.running.output_paths import CHECKPOINTS_ENDING, checkpoint_folder
-from scenarios.running.plan import Plan, plan_from
+from scenarios.running.plan import Plan, plan_from, replayed_after, with_given_orders
 from scenarios.spec.resolve import resolve
 from scenarios.text.problems import Problem, ScenarioError
 from scenarios.text.versions import versions

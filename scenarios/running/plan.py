@@ -1,24 +1,33 @@
-"""The plan of a run: a scenario, and the orders given on the way. It is enough to run it again, or to go on with it, bit for bit."""
+"""The plan of a run: a scenario, and the orders given on the way. It is enough to run it again, or to go on with it, bit for bit.
+
+Orders that a recorded run was given while it went on are in its log: they are added to the plan to make the run again.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from recordings.model.frame import INSTRUCTOR
 from scenarios.controls.order_checks import PARTED, entries_of, leaves, order_problems, with_order
 from scenarios.controls.table import contradictions, matches, plain_path
+from scenarios.debrief.order_words import ORDERED
 from scenarios.schema.bodies import MeshBody
 from scenarios.schema.parsing.overrides import parse_override
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.spec.load import changed_scenario, scenario_from
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
+
+if TYPE_CHECKING:
+    from recordings.replay.recording import Replay
 
 # Terms of a run that its course does not depend on.
 TERM_KEYS = (
@@ -27,7 +36,6 @@ TERM_KEYS = (
 )  # fmt: skip
 # scenarios after some actions that a plan keeps, so that an order costs the same after many; numerical; those of the last orders
 KEPT = 8
-_ORDERED = "orders "  # how the text of an order's event begins
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,20 +53,20 @@ class Action:
     @property
     def text(self) -> str:
         """The text of the order's event; `settings_of` reads it back."""
-        return f"{_ORDERED}{shlex.join(self.settings)}"
+        return f"{ORDERED}{shlex.join(self.settings)}"
 
     @property
     def texts(self) -> set[str]:
         """The texts that its event may have: older recordings have the settings without quotes."""
-        return {self.text, f"{_ORDERED}{' '.join(self.settings)}"}
+        return {self.text, f"{ORDERED}{' '.join(self.settings)}"}
 
 
 def settings_of(text: str) -> tuple[str, ...]:
     """Return the settings that the text of an event orders; none if it is no order's text. ScenarioError for one that is damaged."""
-    if not text.startswith(_ORDERED):
+    if not text.startswith(ORDERED):
         return ()
     try:
-        return tuple(shlex.split(text.removeprefix(_ORDERED)))
+        return tuple(shlex.split(text.removeprefix(ORDERED)))
     except ValueError as error:
         raise ScenarioError([Problem("the event", f"{text!r} cannot be read: {error}")], "oilsim") from error
 
@@ -245,3 +253,40 @@ def _with_settings(scenario: Scenario, settings: Sequence[str]) -> Scenario:
 def _digest(path: Path) -> str:
     """Return a digest of a file; empty if it is gone, which building the scenario will say better."""
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+
+
+def given_orders(plan: Plan, replay: Replay) -> Iterator[Action]:
+    """Yield the orders of instructor and crews that are not in a run's plan, in order; injects come by themselves."""
+    step = plan.scenario.run.communication_step
+    planned = Counter((action.index, text) for action in plan.actions for text in action.texts)
+    for event in replay.events:
+        if not event.is_by_people:
+            continue
+        index = round(event.time / step)
+        if planned[index, event.text] > 0:
+            planned[index, event.text] -= 1
+        elif settings := settings_of(event.text):
+            yield Action(index=index, settings=settings, by=event.source)
+
+
+def with_given_orders(plan: Plan, replay: Replay, first: int = 0, last: float = math.inf) -> Plan:
+    """Add the orders of a recorded run from the communication point `first` up to `last` to the plan of that run."""
+    for action in given_orders(plan, replay):
+        if first <= action.index <= last:
+            plan = plan.ordered(action.settings, action.index, by=action.by)
+    return plan
+
+
+def replayed_after(plan: Plan, replay: Replay, index: int) -> tuple[Plan, list[str]]:
+    """Add the orders of a recorded run after the communication point `index` to a plan that had others there.
+
+    Returns the plan, and what cannot be ordered any more, in words.
+    """
+    left_out = []
+    for action in given_orders(plan, replay):
+        if action.index > index:
+            try:
+                plan = plan.ordered(action.settings, action.index, replayed=True, by=action.by)
+            except ScenarioError as error:
+                left_out.append(f"{action.text}: cannot be given any more: {'; '.join(map(str, error.problems))}")
+    return plan, left_out

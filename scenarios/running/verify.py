@@ -13,8 +13,7 @@ from recordings.files.writing import RecordingError
 from recordings.replay.recording import Replay
 from recordings.replay.replay_check import ReplayCheck
 from scenarios.running.assembly import build
-from scenarios.running.given_orders import with_given_orders
-from scenarios.running.plan import Plan, plan_from
+from scenarios.running.plan import Plan, plan_from, with_given_orders
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import RunRequests
 from scenarios.text.versions import versions

@@ -1,4 +1,4 @@
-"""The criteria by which an exercise is graded: which count for which kind of deployment, their limits, and a scenario's own.
+"""The criteria by which an exercise is graded: which count for which kind of deployment, their limits, and a scenario's own; prices too.
 
 The page of a debrief shows each criterion with its key, and a scenario, or a trainer's file, changes it by that key.
 """
@@ -120,3 +120,25 @@ def criteria_problems(criteria: Mapping[str, CriterionSettings]) -> Iterator[Pro
             better = "above" if LIMITS[key][0] > LIMITS[key][1] else "below"
             text = f"has good = {good:g} and acceptable = {acceptable:g}, allowed: `good` {better} `acceptable`"
             yield Problem(key, f"{text}; {'more' if better == 'above' else 'less'} is better here")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PriceSettings(Section):
+    """Prices of the operation, in one currency. What has no price is not counted, and the report says so.
+
+    currency          name or sign, such as "EUR"
+    vessel_hour       of a vessel with crew and fuel, for an hour
+    skimmer_hour      of a skimmer with its crew, for an hour
+    boom_metre_day    of a metre of boom, for a day
+    recovered_m3      to take one cubic metre of recovered fluid, oil and water, ashore and dispose of it
+    lost_m3           damage by one cubic metre of oil that booms have lost and none holds
+    stranded_m3       to clean one cubic metre of oil from a shore
+    """
+
+    currency: str
+    vessel_hour: float | None = quantity("", default=None, at_least=0.0)
+    skimmer_hour: float | None = quantity("", default=None, at_least=0.0)
+    boom_metre_day: float | None = quantity("", default=None, at_least=0.0)
+    recovered_m3: float | None = quantity("", default=None, at_least=0.0)
+    lost_m3: float | None = quantity("", default=None, at_least=0.0)
+    stranded_m3: float | None = quantity("", default=None, at_least=0.0)

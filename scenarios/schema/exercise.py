@@ -12,9 +12,8 @@ from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
-from booms.boom import BoomDesign
+from booms.boom import BoomDesign, Pocket
 from booms.catalog import catalogue as boom_catalogue
-from booms.fast_water import Pocket
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.bodies import crosses_itself
 from scenarios.schema.criteria import Deployment
@@ -22,10 +21,10 @@ from scenarios.schema.parsing.from_catalogue import CatalogueSection
 from scenarios.schema.parsing.quantity_fields import Point2, Section
 from scenarios.schema.parsing.relations import Relation, above, at_most_one, exactly_one, only_with, reference, together
 from scenarios.text.problems import Problem
-from vessels.catalog import catalogue as vessel_catalogue
 from vessels.course import CourseLeg
 from vessels.drive import Drive
 from vessels.hull_size import HullSize
+from vessels.hull_size import catalogue as vessel_catalogue
 from vessels.vessel import ControlGains, Propulsion
 
 LONGEST_LINE = 2000.0  # [m] of a line or what a winch brings in or out; user; as of a part of a mooring leg

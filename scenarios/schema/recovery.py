@@ -7,8 +7,7 @@ from dataclasses import MISSING, dataclass, field
 from types import MappingProxyType
 from typing import Any, ClassVar, cast
 
-from booms.recovery.catalog import catalogue
-from booms.recovery.skimmer import USUAL_EFFICIENCY, SkimmerDesign, SkimmerKind
+from booms.recovery.skimmer import USUAL_EFFICIENCY, SkimmerDesign, SkimmerKind, catalogue
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.exercise import body_of, segment_names
 from scenarios.schema.parsing.from_catalogue import CatalogueSection

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 
 from scenarios.schema.bodies import Body
-from scenarios.schema.criteria import CriterionSettings
+from scenarios.schema.criteria import CriterionSettings, PriceSettings
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings
 from scenarios.schema.fmu_settings import FmuSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import Fill, FluidSettings, PhaseSettings, PipeEmitterSettings, Tank
 from scenarios.schema.moorings import MooringSettings, TieSettings
-from scenarios.schema.prices import PriceSettings
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.schema.run_settings import Fidelity, Probe, RunSettings, SiteSettings
 from scenarios.schema.sea import AreaSettings, LandSettings, SeaSettings, ShoreSettings

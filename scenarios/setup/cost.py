@@ -216,7 +216,7 @@ def _told(spec: RunSpec, solids: Sequence[Solid], level: float, interfaces: Sequ
     if not solids or not spec.tanks:
         return (*fills, *(note for solid in solids for note in solid.notes), *assumed)
     from scenarios.setup.afloat.boom_remarks import boom_remarks
-    from scenarios.setup.solids.thin_bodies import thin_bodies, thin_samplings
+    from scenarios.setup.solids.placed_solids import thin_bodies, thin_samplings
 
     thin = thin_bodies(solids, thin_samplings(solids, fluid.particle_spacing), fluid.particle_spacing)
     return (

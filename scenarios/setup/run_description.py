@@ -13,8 +13,7 @@ from booms.scores import HeldSpeed, skirt_drag_coefficient, tow_force
 from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim.oil.fates import FATES
-from recordings.model.equipment import Equipment
-from recordings.model.exercise import BoomDescription, ExerciseDescription, WindowDescription
+from recordings.model.exercise import BoomDescription, Equipment, ExerciseDescription, WindowDescription
 from recordings.model.frame import CameraView, MeshDescription, PhaseDescription, RunDescription
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.schema.run_settings import PressureProbe, WaveGauge

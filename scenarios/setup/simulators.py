@@ -25,8 +25,7 @@ from scenarios.setup.at_sea.run_sea import RunSea
 from scenarios.setup.cost import surfaces_off
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
 from scenarios.setup.layout import Layout, lay_out
-from scenarios.setup.solids.placed_solids import Solid, sampled
-from scenarios.setup.solids.thin_bodies import thin_bodies
+from scenarios.setup.solids.placed_solids import Solid, sampled, thin_bodies
 from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import problems_of
 

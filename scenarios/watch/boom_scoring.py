@@ -1,4 +1,7 @@
-"""The scores of all booms of a run, its oil ledger, in which each litre counts once, and its orders, which are announced."""
+"""The scores of all booms of a run, its oil ledger, in which each litre counts once, and its orders, which are announced.
+
+Notices tell once a run of each pair of a vessel and what it runs into, and of each sensitive area that oil has come to.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +15,19 @@ from numpy.typing import NDArray
 
 from booms.containment import fates_of, particle_rows
 from coupling.bullet.rigid_body_world import RigidBodyWorld
+from coupling.participants.slick import SlickParticipant
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.ledger import OilLedger, OilRows
-from recordings.model.words import course_in_words, levers_in_words
+from recordings.model.entity_paths import BOOM, VESSELS
+from recordings.model.exercise import is_ground
+from recordings.model.words import course_in_words, levers_in_words, volume_in_words
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.setup.afloat.boom_losses import assumed_tensions, closure_losses
+from scenarios.setup.at_sea.land import Corners
 from scenarios.setup.simulators import Simulators
 from scenarios.spec.resolve import RunSpec
 from scenarios.watch.boom_score import BoomScore, Notice, Oil
-from scenarios.watch.collisions import Collisions
-from scenarios.watch.sensitive_areas import SensitiveAreas
+from scenarios.watch.slick_oil import volume_within
 from vessels.vessel import Vessel
 
 Array = NDArray[np.float64]
@@ -225,3 +231,58 @@ def _assumed_skimmers(skimmers: Mapping[str, SkimmerSettings]) -> Iterator[str]:
 def _of_boom(key: str, boom: str) -> str:
     """Name a series of one of several booms: ``metrics/oil_inside`` becomes ``metrics/main/oil_inside``."""
     return key.replace("metrics/", f"metrics/{boom}/", 1)
+
+
+class Collisions:
+    """The account of what vessels have run into so far, as pairs of a name and words: `told`."""
+
+    def __init__(self) -> None:
+        self.told: set[tuple[str, str]] = set()
+
+    def notices(self, met: Iterable[tuple[str, str]]) -> Iterator[Notice]:
+        """Yield what is new among pairs of bodies that touch now; "" is a half-space, which is the ground."""
+        for pair in sorted(met):
+            for one, other in (pair, pair[::-1]):
+                if not one.startswith(f"{VESSELS}/") or (other.startswith(f"{VESSELS}/") and other < one):
+                    continue
+                vessel, words = one.partition("/")[2], _met(other)
+                if (vessel, words) not in self.told:
+                    self.told.add((vessel, words))
+                    yield Notice(f"{vessel} {words}", level="warning", source="vessels")
+
+
+def _met(body: str) -> str:
+    """Write what a vessel does that meets a body."""
+    group, _, rest = body.partition("/")
+    if not body or is_ground(body):
+        return f"runs aground on {rest}" if rest else "runs aground"
+    if group == VESSELS:
+        return f"and {rest} collide"
+    return f"runs into boom {rest.partition('/')[0]}" if group == BOOM else f"runs into {body}"
+
+
+REACHED = 1e-3  # [m3] in an area from which on its oil is told of; chosen; a litre is seen
+
+
+class SensitiveAreas:
+    """The oil [m3] in each area at the last communication point, afloat and ashore; `advance` changes it."""
+
+    def __init__(self, outlines: Mapping[str, Sequence[Corners]]) -> None:
+        """Watch areas by name, each of one outline (K, 2) [m] or more."""
+        self.oil = dict.fromkeys(outlines, 0.0)
+        self._outlines = {name: [np.array(one) for one in own] for name, own in outlines.items()}
+        self._reached = set[str]()
+
+    def advance(self, slicks: Sequence[SlickParticipant]) -> Iterator[Notice]:
+        """Take the present oil into account; yield what is told the first time that it is in an area."""
+        for name, outlines in self._outlines.items():
+            self.oil[name] = sum(volume_within(slick, one) for slick in slicks for one in outlines)
+            if self.oil[name] >= REACHED and name not in self._reached:
+                self._reached.add(name)
+                yield Notice(
+                    f"oil has come in: {volume_in_words(self.oil[name])}", level="warning", source=f"area {name}"
+                )
+
+    def series(self) -> dict[str, float]:
+        """Return the oil [m3] in each area by the names of its series."""
+        return {f"areas/{name}/oil": volume for name, volume in self.oil.items()}

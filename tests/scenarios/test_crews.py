@@ -17,8 +17,8 @@ from recordings.replay.recording import Replay
 from scenarios.controls.order_checks import order_problems
 from scenarios.debrief.grade import Grade, exercise_grade, grades_of
 from scenarios.running.run import RunOptions, run_scenario
-from scenarios.spec.at_rest import rest_settings
 from scenarios.spec.load import library_paths, load_scenario
+from scenarios.spec.scenario import rest_settings
 
 
 class Expected(NamedTuple):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from booms.losses.budgets import WINDOW, LossBudgets
+from booms.losses.closure_losses import WINDOW, LossBudgets
 from booms.losses.rates import OVER_TOP, WAYS
 from oilsim.oil.fates import LossCause
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from oilsim import Fluid, FluidConfig, Phase, block, tank_walls
 from oilsim.backend.thread_team import Team
 from oilsim.core.state import FluidState
-from oilsim.drops.drift import RESTS, choose_partners, draw, fill_drop_shares, fill_shares, pairs_of
-from oilsim.drops.terminal_speed import terminal_speed
+from oilsim.drops.drift import RESTS, choose_partners, draw, fill_drop_shares, fill_shares, pairs_of, terminal_speed
 from oilsim.stages.pairs import search_neighbors
 from oilsim.step.context import StepContext
 

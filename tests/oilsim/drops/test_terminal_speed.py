@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from oilsim.drops.terminal_speed import sphere_reynolds, terminal_speed
+from oilsim.drops.drift import sphere_reynolds, terminal_speed
 
 WATER = {"density": 1000.0, "viscosity": 1e-3, "gravity": 9.81}
 

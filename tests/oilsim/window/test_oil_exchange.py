@@ -12,8 +12,7 @@ from oilsim.oil.fates import LossCause
 from oilsim.sea import CurrentProfile, RegularWaves, SteadyFlow
 from oilsim.slick.barriers import Boom
 from oilsim.slick.parcels import ParcelState
-from oilsim.window.oil_exchange import BESIDE, OilExchange
-from oilsim.window.resolved_parcels import follow_particles
+from oilsim.window.oil_exchange import BESIDE, OilExchange, follow_particles
 from oilsim.window.window import Window
 from tests.oilsim.window.meeting import CRUDE, CURRENT, OIL, PARTICLE, SPACING, WATER, Meeting
 

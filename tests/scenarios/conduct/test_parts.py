@@ -16,10 +16,9 @@ from oilsim.oil.fates import Fate
 from scenarios.conduct.access import MOST_FAILURES, Access, Places, Role
 from scenarios.conduct.commands import LONGEST, read_command, read_message, settings_of
 from scenarios.conduct.conducted_run import LatestSender
-from scenarios.conduct.equipment import skimmers_of_crew
 from scenarios.conduct.history import MOST_ROWS, MOST_STATES, Album, History
 from scenarios.conduct.server import other_origin, policy
-from scenarios.conduct.snapshot import MOST_SPOTS, spots_of_particles
+from scenarios.conduct.snapshot import MOST_SPOTS, skimmers_of_crew, spots_of_particles
 from scenarios.spec.load import load_scenario
 from scenarios.text.problems import ScenarioError
 

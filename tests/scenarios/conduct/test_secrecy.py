@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from recordings.replay.recording import Replay
-from scenarios.conduct.access import OBSERVER, VESSEL, Role
-from scenarios.conduct.secrecy import line_seen
+from scenarios.conduct.access import OBSERVER, VESSEL, Role, line_seen
 from tests.scenarios.conduct.consoles import TOW, Page, console
 
 SECRETS = (

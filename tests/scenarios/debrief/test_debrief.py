@@ -30,7 +30,6 @@ from recordings.replay.recording import Replay, Series
 from recordings.sink.recorder import Recorder
 from scenarios.cli import main
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
-from scenarios.debrief.crew import crew_acted
 from scenarios.debrief.grade import CRITERIA, exercise_grade, grade, read_criteria
 from scenarios.debrief.key_moments import key_moments
 from scenarios.debrief.measures import (
@@ -45,6 +44,7 @@ from scenarios.debrief.measures import (
     snatch,
     time_over,
 )
+from scenarios.debrief.order_words import crew_acted
 from scenarios.debrief.page import write_debrief
 from scenarios.debrief.recovery_rates import loss_by_speed, rate, rate_figures, rates_diagram
 from scenarios.schema.criteria import CRITERIA_OF, CriterionSettings

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recordings.model.equipment import Equipment
-from recordings.model.exercise import ExerciseDescription, Site
+from recordings.model.exercise import Equipment, ExerciseDescription, Site
 from recordings.model.frame import BodyFrame, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
 from recordings.replay.joined import JoinedReplay
 from recordings.sink.recorder import Recorder

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from coupling.fmu.model_description import FILE, read_description
+from coupling.fmu.variables import FILE, read_description
 from scenarios.cli import main
 from scenarios.schema.liquid import BlockFill, CylinderFill, Tank
 from scenarios.setup import cost, layout

@@ -12,7 +12,7 @@ import pytest
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.running.checkpoints import find_restart
 from scenarios.running.run import RunOptions, resume, run_scenario
-from scenarios.running.sea_change import SeaChange
+from scenarios.running.run_controls import SeaChange
 from scenarios.running.verify import verify
 from scenarios.spec.load import scenario_from
 from scenarios.text.toml import read_toml

@@ -8,7 +8,7 @@ from dataclasses import fields
 import pytest
 
 from booms.catalog import catalogue as booms
-from booms.recovery.catalog import catalogue as skimmers
+from booms.recovery.skimmer import catalogue as skimmers
 from booms.recovery.skimmer import daily_capacity
 from oilsim.core.catalogue import CatalogueEntry
 from oilsim.core.physical_constants import GRAVITY
@@ -18,8 +18,8 @@ from scenarios.schema.parsing.structuring import structure
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.spec.load import load_scenario
 from scenarios.text.problems import ScenarioError
-from vessels.catalog import catalogue as vessels
 from vessels.hull import float_hull, raked_barge, wigley_hull
+from vessels.hull_size import catalogue as vessels
 
 SHELVES = {"booms": booms(), "vessels": vessels(), "skimmers": skimmers()}
 VESSEL = {"position": [0.0, 0.0], "yaw_moment": 1e5}

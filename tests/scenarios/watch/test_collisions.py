@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scenarios.watch.collisions import Collisions
+from scenarios.watch.boom_scoring import Collisions
 
 
 def test_each_pair_is_told_of_once_and_in_words() -> None:

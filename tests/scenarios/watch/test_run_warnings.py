@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from scenarios.running.assembly import Assembly, build
-from scenarios.setup.solids.thin_bodies import swollen_bodies
+from scenarios.setup.solids.placed_solids import swollen_bodies
 from scenarios.spec.load import load_scenario, scenario_from
 from scenarios.spec.resolve import resolve
 from scenarios.watch.run_warnings import Remarks

@@ -19,7 +19,7 @@ from booms.losses.rates import SUCTION, Closures, accumulation_speed, onset_spee
 from booms.recovery.skimmer import daily_capacity, thin_share
 from booms.scores import catenary_parameter, tow_force
 from oilsim.core.physical_constants import GRAVITY
-from oilsim.drops.terminal_speed import terminal_speed
+from oilsim.drops.drift import terminal_speed
 from tests.validation.bodies import boom_losses
 from tests.validation.bodies.flumes.harbour_flume import MEASURED, Row, first_loss, passage
 from tests.validation.bodies.flumes.tables import read
