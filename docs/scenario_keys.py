@@ -151,6 +151,7 @@ CHAPTERS: tuple[tuple[str, tuple[type, ...]], ...] = (
     ("recording", (run_settings.RecordingSettings,)),
     ("camera", (run_settings.CameraSettings,)),
     ("site", (run_settings.SiteSettings,)),
+    ("site.chart", (run_settings.ChartSettings,)),
 )
 
 

@@ -142,12 +142,27 @@ FIRST_YEAR, LAST_YEAR = 1583, 9000  # of the Gregorian calendar, and far from th
 
 
 @dataclass(frozen=True, kw_only=True)
+class ChartImage:
+    """The image of a chart, and where it lies.
+
+    image   data URL of a PNG or JPEG
+    origin  (x, y) [m] of its upper left corner
+    along   (x, y) [m] from one pixel to the next on its right; the next one below is as far, a quarter turn clockwise
+    """
+
+    image: str
+    origin: tuple[float, float]
+    along: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Site:
     """The place of the world's origin on Earth and the date of the start, for far-field models.
 
     latitude, longitude  [degrees] of the origin, WGS 84
     bearing              [degrees] of the x axis, clockwise from north: 90 is east
     start                time of the first frame, ISO 8601; UTC unless it gives another zone
+    chart                to be shown under plans and maps; None without one
 
     Raises ValueError for angles out of their range and for a start that is not ISO 8601.
     """
@@ -156,6 +171,7 @@ class Site:
     longitude: float
     bearing: float = 90.0
     start: str = "2000-01-01T00:00:00+00:00"
+    chart: ChartImage | None = None
 
     def __post_init__(self) -> None:
         for name, low, high in (("latitude", -89.0, 89.0), ("longitude", -180.0, 360.0), ("bearing", -360.0, 360.0)):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from collections.abc import Sequence
 from itertools import combinations
 from typing import Any
@@ -10,15 +12,18 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
+from matplotlib.transforms import Affine2D
+from PIL import Image, ImageOps
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, KDTree, QhullError
 
 from recordings.model import entity_paths, palette
-from recordings.model.exercise import GROUND, is_ground
+from recordings.model.exercise import GROUND, ChartImage, is_ground
 from recordings.model.frame import BodyFrame, Color, MeshDescription, RunDescription
 from recordings.model.words import cause_in_words, three_figures
 from recordings.pictures.style import EDGE, is_light
@@ -34,6 +39,7 @@ _FAINT = 0.35
 _DRAGGED = 0.5  # [m] from which a map shows that an anchor has dragged
 _RIM = 0.3  # [points] of spots
 _ROUNDING = 0.01  # [m] of the recorded points of a shore
+_CHART_PIXELS = 1600  # of a chart's longer side; a debrief holds it
 _NAME = "name of a vessel"  # mark of its text
 WINDOW = "outline of a window of particles"  # mark of its patch
 _APART = 2.0  # [pixels] between names
@@ -208,8 +214,11 @@ def draw_body(
 
 
 def draw_land(axes: Axes, run: RunDescription, moment: Moment) -> None:
-    """Draw what of a shore is dry in still water, and all land, without framing it: it is larger than what is to be seen."""
-    sand: dict[str, Any] = {"facecolor": "#efe4c6", "zorder": 0.5}
+    """Draw the site's chart, what of a shore is dry in still water, and all land, without framing what is larger than the scene."""
+    chart = None if run.site is None else run.site.chart
+    if chart is not None:
+        _draw_chart(axes, chart)
+    sand: dict[str, Any] = {"facecolor": "#efe4c6", "alpha": 1.0 if chart is None else 0.3, "zorder": 0.5}
     for name in filter(is_ground, run.meshes.keys() & moment.bodies.keys()):
         points = placed_vertices(run.meshes[name].vertices, moment.bodies[name])
         level = run.exercise.water_level if name == GROUND and run.exercise is not None else points[:, 2].max()
@@ -221,6 +230,21 @@ def draw_land(axes: Axes, run: RunDescription, moment: Moment) -> None:
             faces = np.asarray(run.meshes[name].faces)
             top = points[faces[dry[faces].all(axis=1)]][..., :2]
             axes.add_artist(PolyCollection(list(top), edgecolor="face", gid=name, **sand))
+
+
+def _draw_chart(axes: Axes, chart: ChartImage) -> None:
+    """Draw the image of a chart in its place, under all else and somewhat faint."""
+    with Image.open(io.BytesIO(base64.b64decode(chart.image.partition(",")[2]))) as file:
+        image = ImageOps.exif_transpose(file).convert("RGBA")
+    width, height = image.size
+    image.thumbnail((_CHART_PIXELS, _CHART_PIXELS))
+    drawn = AxesImage(
+        axes, extent=(0.0, width, height, 0.0), origin="upper", interpolation="none", alpha=0.8, zorder=0.3
+    )
+    drawn.set_data(np.asarray(image))
+    (x, y), (east, north) = chart.origin, chart.along
+    drawn.set_transform(Affine2D.from_values(east, north, north, -east, x, y) + axes.transData)
+    axes.add_artist(drawn)
 
 
 def draw_areas(axes: Axes, run: RunDescription) -> None:

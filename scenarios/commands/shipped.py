@@ -13,6 +13,7 @@ from scenarios.text.problems import DONE, Problem, ScenarioError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from scenarios.spec.load import LoadedScenario
     from scenarios.spec.scenario import Scenario
 
 
@@ -91,6 +92,7 @@ COMMENTS = {
     "shore": "a straight shore of one slope: where its waterline is, and which way is out to sea",
     "areas": "sensitive areas, as an intake or a reed bed: corners [m], or a GeoJSON file; the oil in them is told",
     "land": "land of your own harbour: corners [m], or a GeoJSON file; the stream runs along it",
+    "site": "where the exercise lies on Earth, and a chart to show under plan and map",
     "tow": "orders to all vessels without legs of their own: speed over the ground, heading, and when they get under way [s]",
     "vessels": "vessels: size and place [m], bollard pull [N], or vessel = a name of `oilsim vessels`; legs = [...] are its own orders",
     "booms": "booms: ends are vessels or fixed points; boom = a name of `oilsim booms`; other keys change what the catalogue says",
@@ -133,11 +135,32 @@ def _new(options: argparse.Namespace) -> int:
         problems.append(Problem("--to", f"is {str(path)!r}, which is there already; allowed: another name"))
     else:
         problems += unwritable({"--to": path}, {})
+    files = _files_beside(loaded, path.parent)
+    for file in (one for one in files if one.exists()):
+        problems.append(Problem("--to", f"would write {str(file)!r}, which is there already; allowed: another folder"))
     if problems:
         raise ScenarioError(problems, "oilsim")
     path.write_text(commented(loaded.text, path.stem), encoding="utf-8")
-    print(f"{path}: change it, then: oilsim check {path}; oilsim run {path}")
+    for file, source in files.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(source.read_bytes())
+    print(f"{', with '.join(map(str, (path, *files)))}: change it, then: oilsim check {path}; oilsim run {path}")
     return DONE
+
+
+def _files_beside(loaded: LoadedScenario, folder: Path) -> dict[Path, Path]:
+    """Return where the files that a scenario names by relative paths are to be in a folder, with what to copy there."""
+    from scenarios.spec.load import files_replaced
+    from scenarios.text.toml import read_toml
+
+    files: dict[Path, Path] = {}
+
+    def noted(table: str, name: str, file: str) -> str:
+        files[folder / file] = loaded.path.parent / file
+        return file
+
+    files_replaced(read_toml(loaded.text), noted)
+    return {file: source for file, source in files.items() if source.is_file() and source.absolute() != file.absolute()}
 
 
 def commented(text: str, name: str) -> str:

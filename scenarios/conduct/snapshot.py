@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -87,7 +88,7 @@ NORMAL_SPEEDS = (
 
 def scene_of(assembly: Assembly) -> dict[str, Any]:
     """Return what does not change: names, sizes, limits, and the words and colours of causes of loss."""
-    scenario, exercise = assembly.scenario, assembly.description.exercise
+    scenario, exercise, site = assembly.scenario, assembly.description.exercise, assembly.description.site
     booms = exercise.booms if exercise else ()
     return {
         "kind": "scene",
@@ -111,6 +112,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         "booms": [_boom_scene(boom, scenario.booms[boom.name]) for boom in booms],
         "bodies": _footprints(assembly),
         "land": _land(assembly),
+        "chart": None if site is None or site.chart is None else asdict(site.chart),
         "areas": {name: [list(map(list, one)) for one in own] for name, own in assembly.areas.items()},
         "skimmers": {name: {"kind": one.kind, "on": one.on} for name, one in scenario.skimmers.items()},
         "causes": {

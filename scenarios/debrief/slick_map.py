@@ -158,6 +158,7 @@ def _draw_arrow(axes: Axes, middle: tuple[float, float], along: npt.NDArray[np.f
 
 def _draw_scale(axes: Axes) -> None:
     """Draw a bar of a round length, about a fifth of the map's width."""
+    axes.apply_aspect()  # which widens the limits
     low, high = axes.get_xlim()
     exponent = np.floor(np.log10(0.2 * (high - low)))
     length = next(step * 10.0**exponent for step in (5.0, 2.0, 1.0) if step * 10.0**exponent <= 0.2 * (high - low))

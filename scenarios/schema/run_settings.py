@@ -88,22 +88,42 @@ class CameraSettings(Section):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ChartSettings(Section):
+    """An image of a chart, which the console's plan and the debrief's map show under all else; the run does not use it.
+
+    file    PNG or JPEG
+    points  two or more points of it whose place is known, far apart, each [pixel x, pixel y, longitude, latitude]: pixels right of and
+            below the image's upper left corner, WGS 84 in degrees. The chart is laid so that it turns and grows, but is not sheared
+    """
+
+    file: str
+    points: tuple[tuple[float, float, float, float], ...] = quantity("pixels and degrees")
+
+    def problems(self) -> Iterator[Problem]:
+        """Check that there are two points."""
+        if len(self.points) < 2:
+            yield Problem("points", f"has {len(self.points)} points, allowed: 2 or more")
+
+
+@dataclass(frozen=True, kw_only=True)
 class SiteSettings(Section):
     """Place of the exercise on Earth, for far-field models that continue from its recording; the run itself does not use it.
 
     latitude, longitude  of the world's origin, WGS 84
     bearing              [rad] of the x axis, clockwise from north
     start                date and time of the start, ISO 8601, such as 2026-05-01T08:00:00Z
+    chart                under plans and maps
     """
 
     latitude: float = quantity("degrees north", at_least=-89.0, at_most=89.0)
     longitude: float = quantity("degrees east", at_least=-180.0, at_most=360.0)
     bearing: float = quantity("rad", default=0.5 * math.pi, at_least=-2.0 * math.pi, at_most=2.0 * math.pi)
     start: str = "2000-01-01T00:00:00Z"
+    chart: ChartSettings | None = None
 
     @property
     def recorded(self) -> Site:
-        """The site in sailors' units, as recordings have it."""
+        """The site in sailors' units, as recordings have it, without its chart."""
         return Site(
             latitude=self.latitude, longitude=self.longitude, bearing=math.degrees(self.bearing), start=self.start
         )

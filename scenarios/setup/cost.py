@@ -117,7 +117,7 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
     spec = resolve(scenario)
     run = spec.run
     require_memory(spec)
-    positions, left_out, solids, level = _start(spec)
+    positions, left_out, solids, level, of_chart = _start(spec)
     particles = dict.fromkeys(spec.phases, 0)
     for name, points in positions.items():
         particles[spec.fill[name].phase] += len(points)
@@ -148,6 +148,7 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
             *spec.left_out_in_words,
             *never_comes(run.duration, spec.tow, {**spec.emitters, **spec.sources}, spec.injects),
             *remarks,
+            *of_chart,
         ),
         seconds=START_SECONDS + of_fluid + _body_seconds(spec),
     )
@@ -170,10 +171,10 @@ def _of_window(
     return (window_fact(window, steps), *remarks, *beyond), steps
 
 
-def _start(spec: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float]:
-    """Return particles by region, the liquid that bodies displace in words, all bodies and, with bodies, the level of the water [m].
+def _start(spec: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float, tuple[str, ...]]:
+    """Return particles by region, the liquid that bodies displace in words, all bodies, the level of the water [m], and words on a chart.
 
-    Code for bodies is imported only if needed.
+    Level and chart are looked at with bodies only, whose code is imported only if needed.
     """
     if not (spec.bodies or spec.vessels or spec.booms or spec.emitters):
         fluid, domain = spec.fluid, spec.domain
@@ -181,11 +182,12 @@ def _start(spec: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Seque
         top = max((float(one[:, 2].max()) for one in positions.values() if len(one)), default=domain.lower[2])
         if spec.sea.waves or spec.sea.current or spec.sea.wind:
             build_sea(spec.sea_at(top), spec)  # for its problems
-        return positions, {}, (), 0.0
+        return positions, {}, (), 0.0, ()
     from scenarios.setup.layout import lay_out
 
     layout = lay_out(spec)
-    return layout.positions, layout.left_out, layout.solids, layout.waters.level
+    words = (*layout.chart.facts, *layout.chart.notes)
+    return layout.positions, layout.left_out, layout.solids, layout.waters.level, words
 
 
 def _of_interfaces(spec: RunSpec, positions: Mapping[str, Array]) -> list[str]:

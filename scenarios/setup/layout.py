@@ -25,6 +25,7 @@ from scenarios.setup.at_sea.land import Corners, Land, outlines_of, read_land, r
 from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
 from scenarios.setup.fill_lattice import empty_regions, off_lattice, placed_regions
 from scenarios.setup.fluid import clear_of, pipe_problems, water_level
+from scenarios.setup.site_chart import SiteChart, read_chart
 from scenarios.setup.solids.placed_solids import Solid, own_solids, table_entry, vector
 from scenarios.spec.resolve import RunSpec, SeaSpec
 from scenarios.text.problems import Problem, ScenarioError
@@ -45,14 +46,15 @@ QUICK = (
 class Layout:
     """Everything in its place at the start.
 
-    waters: at the start; land, areas: by name; positions: particles (N, 3) [m] by region, outside all bodies; left_out: for each region
-    that bodies overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled: names of those
-    that exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: as it moves undisturbed.
+    waters: at the start; land, areas: by name; chart: of the site; positions: particles (N, 3) [m] by region, outside all bodies; left_out:
+    for each region that bodies overlap, the liquid that is left out, in words; solids: all bodies, those of the fleet included; coupled:
+    names of those that exchange motion and wrench with the fluid; world: None if nothing is coupled; sea: as it moves undisturbed.
     """
 
     waters: Waters
     land: Mapping[str, Land]
     areas: Mapping[str, Sequence[Corners]]
+    chart: SiteChart
     positions: Mapping[str, Array]
     left_out: Mapping[str, str]
     fleet: Fleet
@@ -70,6 +72,7 @@ def lay_out(spec: RunSpec) -> Layout:
     sea_spec = spec.sea_at(water_level(spec, regions))
     waters, land = _waters(spec, sea_spec), read_land(spec.land, spec.site, problems)
     areas = read_outlines("areas", spec.areas, spec.site, problems)
+    chart = read_chart(spec.site, problems)
     own = own_solids(spec.bodies, problems)
     fleet = place_fleet(spec, waters, own, problems)
     shores = () if waters.beach is None else (shore_solid(waters.beach, sea_spec.depth),)
@@ -100,6 +103,7 @@ def lay_out(spec: RunSpec) -> Layout:
         waters=waters,
         land=land,
         areas=areas,
+        chart=chart,
         positions=positions,
         left_out=dict(
             _left_out(regions, positions, fluid.particle_spacing**fluid.dimension)

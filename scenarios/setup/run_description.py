@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +51,7 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
         boundaries={} if simulators.tank is None else {"tank": simulators.fluid.boundary_positions(simulators.tank)},
         camera=None if camera is None else CameraView(eye=camera.eye, target=camera.target),
         exercise=exercise,
-        site=None if scenario.site is None else scenario.site.recorded,
+        site=None if scenario.site is None else replace(scenario.site.recorded, chart=simulators.chart),
         windows=describe_windows(simulators),
         fates=FATES,
         plots=_describe_plots(scenario),

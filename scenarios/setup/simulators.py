@@ -16,6 +16,7 @@ from coupling.bullet.rigid_body_participant import Requested
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.solids.surface_sampling import SurfaceSampling
 from oilsim import Fluid
+from recordings.model.exercise import ChartImage
 from scenarios.schema.exercise import body_of
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.setup.afloat.boom_remarks import boom_remarks
@@ -47,7 +48,7 @@ class Simulators:
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, in words; sea: as it is now;
     facts: what comes of windows' resolution, in words;
     slicks: the oil that is parcels, one slick or none; skimmers: what takes it off the water; window: the box of particles of a
-    run at sea, which has `fluid`; None in other runs; areas: outlines [m] of those that are sensitive, by name.
+    run at sea, which has `fluid`; None in other runs; areas: outlines [m] of those that are sensitive, by name; chart: of the site.
     """
 
     scenario: RunSpec
@@ -68,6 +69,7 @@ class Simulators:
     skimmers: tuple[SkimmingParticipant, ...] = ()
     window: Window | None = None
     areas: Mapping[str, Sequence[Corners]] = field(default_factory=dict)
+    chart: ChartImage | None = None
 
     def positions(self, phase: str, time: float) -> NDArray[np.float32]:
         """Return where the particles (N, 3) [m] of a phase are at `time` [s], in the order of their ids."""
@@ -114,11 +116,13 @@ def build_simulators(spec: RunSpec) -> Simulators:
             *spec.left_out_in_words,
             *air_remarks(spec, layout.positions, has_bodies=bool(spec.bodies)),
             *interface_remarks(spec, layout.positions),
+            *layout.chart.notes,
         ),
-        facts=surfaces_off(spec),
+        facts=(*surfaces_off(spec), *layout.chart.facts),
         slicks=slicks,
         skimmers=skimmers,
         areas=layout.areas,
+        chart=layout.chart.image,
     )
 
 
@@ -148,11 +152,12 @@ def _with_window(spec: RunSpec, table: WindowTable, layout: Layout) -> Simulator
         world=layout.world,
         left_out=layout.left_out,
         thin={},
-        notes=(*notes, *beyond),
-        facts=facts,
+        notes=(*notes, *beyond, *layout.chart.notes),
+        facts=(*facts, *layout.chart.facts),
         slicks=slicks,
         skimmers=_skimmers(spec.skimmers, layout, slicks),
         window=window,
+        chart=layout.chart.image,
     )
 
 

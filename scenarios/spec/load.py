@@ -297,14 +297,14 @@ def _keep(sound: dict[str, Any], problems: list[Problem], name: str, data: Any, 
 
 
 def _with_paths(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Make the paths of mesh files, FMUs, land, areas, and files of winds and currents absolute."""
+    """Make the paths of mesh files, FMUs, land, areas, a chart, and files of winds and currents absolute."""
     return files_replaced(data, lambda table, name, file: str(folder.absolute() / file))
 
 
 def files_replaced(data: Mapping[str, Any], replace: Callable[[str, str, str], str]) -> dict[str, Any]:
     """Copy the data with `replace(table, name, file)` for every file that an entry of a table names."""
     result = dict(data)
-    for table in ("bodies", "fmus", "sea", "land", "areas"):
+    for table in ("bodies", "fmus", "sea", "land", "areas", "site"):
         entries = data.get(table)
         if isinstance(entries, Mapping):
             result[table] = {

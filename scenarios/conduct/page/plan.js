@@ -29,6 +29,11 @@ export class PlanView {
     const [sine, cosine] = [Math.sin(scene.bearing), Math.cos(scene.bearing)];
     this.toMap = (x, y) => [x * sine - y * cosine, x * cosine + y * sine];
     this.isFitted = false;
+    this.chart = null;
+    if (!scene.chart) return;
+    const image = new Image();
+    image.onload = () => { this.chart = image; this.redraw(); };
+    image.src = scene.chart.image;
   }
 
   remember(name, x, y) {
@@ -129,7 +134,8 @@ export class PlanView {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = "#dcebf2";
     pen.fillRect(0, 0, this.width, this.height);
-    for (const outline of this.scene.land) this.polygon(pen, outline, "#e3d3ac", "#a58f5b");
+    if (this.chart) this.drawChart(pen);
+    for (const outline of this.scene.land) this.polygon(pen, outline, this.chart ? "rgba(227,211,172,.3)" : "#e3d3ac", "#a58f5b");
     this.drawOil(pen);
     drawFurniture(pen, this); // below all that floats, so that it hides none of it
     for (const outline of Object.values(this.scene.bodies)) this.polygon(pen, outline, "#b9ae9c", "#6f6555");
@@ -145,6 +151,18 @@ export class PlanView {
     for (const vessel of this.scene.vessels) this.drawVessel(pen, vessel, this.state.vessels[vessel.name]);
     if (this.pin) this.drawPin(pen);
     if (this.own) this.drawVeil(pen, this.state.vessels[this.own]);
+  }
+
+  // The chart of the site, somewhat faint: what floats is to be seen first.
+  drawChart(pen) {
+    const { origin: [x, y], along: [east, north] } = this.scene.chart;
+    const [left, top] = this.at(x, y), [right, low] = this.at(x + east, y + north);
+    pen.save();
+    pen.globalAlpha = 0.8;
+    pen.imageSmoothingQuality = "high";
+    pen.transform(right - left, low - top, top - low, right - left, left, top);
+    pen.drawImage(this.chart, 0, 0);
+    pen.restore();
   }
 
   // Fog, or night: what a crew does not see from its vessel.

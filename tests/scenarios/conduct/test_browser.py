@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from recordings.model.exercise import Site
 from scenarios.conduct.server import other_origin
 from tests.scenarios.conduct.browsers import CHROMIUM, browser
 from tests.scenarios.conduct.consoles import TOW, Console, console
+from tests.scenarios.setup.chart_images import chart_text, draw_chart
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
@@ -198,6 +200,47 @@ def test_oil_on_the_plan_has_the_area_of_its_volume(served: Console) -> None:
         )
         assert spot == pytest.approx(10.0, rel=0.05)
         assert film == pytest.approx(100.0, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_the_chart_lies_under_the_land_for_every_role(tmp_path: Path) -> None:
+    """The black rectangle of a chart and the land with its corners are the same pixels but for one along the edge."""
+    draw_chart(tmp_path / "chart.png")
+    land = chart_text(Site(latitude=57.66, longitude=11.7, bearing=250.0), tmp_path / "chart.png")
+    with console(tmp_path, TOW + land) as one, sync_api.sync_playwright() as player:
+        program = browser(player)
+        for role in ("instructor", "port", "observer"):
+            page = opened(program, one, role, is_paused=True)
+            page.wait_for_function("conduct.plan.chart")
+            dark, sand, apart, around = page.evaluate(
+                """() => {
+                    const { plan, scene } = conduct, there = plan.chart, { width, height } = plan.canvas, [land] = scene.land;
+                    const shown = { ...scene, areas: {}, vessels: [], booms: [], bodies: {} };
+                    plan.draw(); // the first picture fits the scale
+                    plan.setFollow(false);
+                    plan.state = { ...plan.state, vessels: {}, booms: {}, skimmers: {}, lines: {} };
+                    plan.tracks = {}; plan.spots = new Float32Array(0); plan.own = null;
+                    plan.center = plan.toMap(...[0, 1].map((axis) => (land[0][axis] + land[2][axis]) / 2));
+                    plan.scale = 6;
+                    const pixels = () => {
+                        plan.draw();
+                        const { data } = plan.context.getImageData(width / 2 - 140, height / 2 - 140, 280, 280);
+                        return Array.from({ length: data.length / 4 }, (_, k) => [data[4 * k], data[4 * k + 2]]);
+                    };
+                    plan.scene = { ...shown, land: [] };
+                    const chart = pixels().map(([red]) => red < 140);
+                    plan.scene = shown; plan.chart = null;
+                    const ground = pixels().map(([red, blue]) => red > blue);
+                    plan.chart = there; plan.scene = scene;
+                    const count = (list) => list.filter(Boolean).length, side = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+                    const edge = 2 * (side(land[0], land[1]) + side(land[1], land[2])) * plan.scale * plan.unit * devicePixelRatio;
+                    return [count(chart), count(ground), count(chart.map((one, k) => one !== ground[k])), edge];
+                }"""
+            )
+            assert dark == pytest.approx(sand, rel=0.05) and dark > 20_000
+            assert apart < 1.2 * around, role
+            assert page.faults == []  # type: ignore[attr-defined]
 
 
 @pytest.mark.slow
