@@ -18,12 +18,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, quantity_of, require
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

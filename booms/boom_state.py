@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import njit
-
-Array = NDArray[np.float64]
 
 _NEAR = 0.1  # [1] periods around a boom within which the nearest of a point's images is found
 
@@ -33,7 +32,7 @@ class BoomState:
     waterline: float
     flow_share: Array | float = 1.0
 
-    def part(self, chosen: NDArray[np.bool_]) -> BoomState:
+    def part(self, chosen: Flags) -> BoomState:
         """Return the part of the boom that the chosen segments (S,) are, which lie one behind the other."""
         share = np.broadcast_to(self.flow_share, chosen.shape)[chosen]
         bodies = {name: getattr(self, name)[chosen] for name in ("position", "orientation", "velocity")}
@@ -121,7 +120,7 @@ def nearest_image(points: NDArray[Any], place: Array, period: tuple[float, float
     return moved
 
 
-def signed_distance(points: Array, line: Array) -> tuple[Array, NDArray[np.int64]]:
+def signed_distance(points: Array, line: Array) -> tuple[Array, Ints]:
     """Return the distance (N,) [m] of points (N, 2) to the closed polygon of `line` (K, 2), positive inside, and the nearest edge (N,).
 
     Edge k runs from vertex k to k + 1; the last, K - 1, closes the polygon across the gap. Inside by the crossing
@@ -134,7 +133,7 @@ def signed_distance(points: Array, line: Array) -> tuple[Array, NDArray[np.int64
 
 
 @njit(nogil=True, cache=True, fastmath=True, error_model="numpy")
-def _signed_distance(points: Array, line: Array, distance: Array, edge: NDArray[np.int64]) -> None:
+def _signed_distance(points: Array, line: Array, distance: Array, edge: Ints) -> None:
     """Fill distance (N,) and edge (N,); see `signed_distance`."""
     count = len(line)
     for i in range(len(points)):

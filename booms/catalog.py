@@ -1,6 +1,6 @@
 """The catalogue of booms: classes and products by name, from `catalogue.toml`.
 
-`maximum_speed` is the speed that the boom withstands. It holds oil only up to about 0.7 knots normal to it.
+`maximum_speed_kn` is the speed that the boom withstands. It holds oil only up to about 0.7 knots normal to it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Literal
 
 from booms.boom import Boom, BoomDesign, Pocket
 from oilsim.core.catalogue import CatalogueEntry, read_catalogue
-from oilsim.core.physical_constants import KNOT, SEA_WATER_DENSITY
+from oilsim.core.physical_constants import SEA_WATER_DENSITY
 
 Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "high-speed"]
 
@@ -37,11 +37,6 @@ class CatalogueBoom(CatalogueEntry):
     connector_strength: float | None = None
     maximum_speed_kn: float | None = None
     pocket: Pocket | None = None
-
-    @property
-    def maximum_speed(self) -> float | None:
-        """Highest speed [m/s] of water across the boom."""
-        return None if self.maximum_speed_kn is None else self.maximum_speed_kn * KNOT
 
     def boom(self, length: float, segment_count: int, *, water_density: float = SEA_WATER_DENSITY) -> Boom:
         """Design a boom of this kind, `length` [m] long; ValueError for a pocket that is shorter than a segment."""

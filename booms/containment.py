@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.core.physical_constants import HOUR, NAUTICAL_MILE
 from oilsim.oil.fates import Fate, LossCause
 from oilsim.oil.ledger import BoomOil, OilRows, by_cause, rows_of
-
-Array = NDArray[np.float64]
 
 PRACTICE_SPEED = 0.7 * NAUTICAL_MILE / HOUR
 """Speed normal to a boom, 0.7 knots [m/s], above which booms lose oil in practice."""
@@ -74,11 +73,11 @@ class Standing:
     closure; segment (N,) that those lost passed, as many as there are segments for those that passed the gap.
     """
 
-    ids: NDArray[np.int64]
-    retained: NDArray[np.bool_]
+    ids: Ints
+    retained: Flags
     lost_at: Array
     cause: NDArray[np.int8]
-    modelled: NDArray[np.bool_]
+    modelled: Flags
     segment: NDArray[np.int16]
 
 
@@ -178,7 +177,7 @@ class Containment:
         for name, value in state.items():
             setattr(self, name, value.copy() if isinstance(value, np.ndarray) else value)
 
-    def _make_room(self, index: NDArray[np.int64]) -> None:
+    def _make_room(self, index: Ints) -> None:
         """Make room up to the largest id."""
         missing = (int(index.max()) + 1 if len(index) else 0) - len(self._fate)
         if missing > 0:
@@ -188,10 +187,10 @@ class Containment:
 
     def _settle_causes(
         self,
-        index: NDArray[np.int64],
+        index: Ints,
         points: Array,
-        inside: NDArray[np.bool_],
-        edge: NDArray[np.int64],
+        inside: Flags,
+        edge: Ints,
         boom: BoomState,
         water_level: float,
         current: Array,
@@ -220,7 +219,7 @@ class Containment:
                 bottom[k] = np.quantile(near, 0.05)
         return bottom
 
-    def _note_ways_round(self, index: NDArray[np.int64], points: Array) -> None:
+    def _note_ways_round(self, index: Ints, points: Array) -> None:
         """Mark the particles that have moved by a period of the sea since the last update: nothing else jumps half a period."""
         period = np.array(self.options.period)
         if (period > 0.0).any():
@@ -228,7 +227,7 @@ class Containment:
             self._wrapped[index] |= far.any(axis=1)
             self._place[index] = points[:, :2]
 
-    def _settle_fates(self, time: float, index: NDArray[np.int64], signed: Array, inside: NDArray[np.bool_]) -> None:
+    def _settle_fates(self, time: float, index: Ints, signed: Array, inside: Flags) -> None:
         """Move particles between free, retained and lost."""
         fate, margin = self._fate[index], self.options.hysteresis
         back = (fate == _Fate.LOST) & (signed > margin)
@@ -246,7 +245,7 @@ class Containment:
         self._fate[index] = fate
         self._known[index] = True
 
-    def _oil(self, present: NDArray[np.bool_], inside: NDArray[np.bool_]) -> BoomOil:
+    def _oil(self, present: Flags, inside: Flags) -> BoomOil:
         """Return the boom's oil; lost particles stay in it when they leave the water, where those of the mask `present` are."""
         volume, held = self.options.particle_volume, self._fate == _Fate.RETAINED
         lost = self._known & (self._fate == _Fate.LOST)
@@ -271,7 +270,7 @@ class _Crossings:
     """Particles that have just crossed the line: height [m], the edge they crossed, and the bottom [m] of the pool there."""
 
     height: Array
-    edge: NDArray[np.int64]
+    edge: Ints
     pool_bottom: Array
 
 
@@ -305,10 +304,10 @@ class ParticleFates(NamedTuple):
     gone_fate, gone_modelled  (M,) of the lost ones that have left the water
     """
 
-    fate: NDArray[np.int64]
-    modelled: NDArray[np.bool_]
-    gone_fate: NDArray[np.int64]
-    gone_modelled: NDArray[np.bool_]
+    fate: Ints
+    modelled: Flags
+    gone_fate: Ints
+    gone_modelled: Flags
 
 
 _NONE_GONE = np.zeros(0, np.int64), np.zeros(0, np.bool_)

@@ -15,14 +15,12 @@ from typing import Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from booms.boom import Boom
 from booms.segments import BoomSegment, boom_segment
 from coupling.solids.bodies import MassProperties, mass_properties
-
-Array = NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 # [1] ln of the catenary's parameter, in lengths of the boom, among which that of a gap is sought; numerical; folded, and straight
 NARROWEST, WIDEST = math.log(1e-6), math.log(1e6)

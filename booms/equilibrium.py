@@ -15,10 +15,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import root
 
-Array = NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 # steps from the ties' first length to their own; numerical
 STEPS = 5

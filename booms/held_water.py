@@ -21,16 +21,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.boom import Boom
 from booms.reel import ReeledBodies, Track
+from oilsim.backend.arrays import Array, Ints
 from oilsim.backend.jit import njit
 from oilsim.loads.load_model import LoadModel
 from oilsim.loads.morison import BodyLoads
 from oilsim.sea import Sea
-
-Array = NDArray[np.float64]
 
 # [drafts] width up to which a U holds water wholly; assumed; the widest of the runs with particles
 WIDEST = 20.0
@@ -42,7 +40,7 @@ OVERLAP = 1.1
 class Chain:
     """The segments of a boom among the loaded bodies: their rows (S,), length and draft [m], place of mid draft along their z [m]."""
 
-    rows: NDArray[np.int64]
+    rows: Ints
     length: float
     draft: float
     middle: float

@@ -15,15 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.deployment import BoomLayout
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.loads.load_model import LoadModel
 from oilsim.loads.morison import BodyLoads, FloatingBodies
 from oilsim.sea import Sea
-
-Array = NDArray[np.float64]
 
 # [1] inertia across the line over a segment's own; numerical; the pull of a boom across the mouth moves the wound part by millimetres
 HEAVY = 1e3
@@ -38,14 +36,14 @@ class Track:
     mouth (3,) [m] at the height of a segment's centre of mass; outward (3,) unit vector; orientation (4,) xyzw of a segment on the line.
     """
 
-    rows: NDArray[np.int64]
+    rows: Ints
     mass: float
     length: float
     mouth: Array
     outward: Array
     orientation: Array
 
-    def is_wound(self, position: Array) -> NDArray[np.bool_]:
+    def is_wound(self, position: Array) -> Flags:
         """Tell which segments are wound, the first ones until one is off the reel; position (S, 3) [m] of their centres of mass."""
         return np.asarray(np.logical_and.accumulate((position - self.mouth) @ self.outward < 0.0))
 
@@ -84,7 +82,7 @@ class ReeledBodies(FloatingBodies):
         return found
 
 
-def _hold_on_line(track: Track, rows: NDArray[np.int64], pose: Array, twist: Array, found: BodyLoads) -> None:
+def _hold_on_line(track: Track, rows: Ints, pose: Array, twist: Array, found: BodyLoads) -> None:
     """Replace the loads of wound segments in `rows` (n,); pose (B, 7), twist (B, 6) of all bodies."""
     across = np.eye(3) - np.outer(track.outward, track.outward)
     inertia = np.zeros((6, 6))

@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import GRAVITY, KNOT, STANDARD_GRAVITY
-
-Array = NDArray[np.float64]
 
 TOW_BEGINS = 0.1 * KNOT  # [m/s] through the water; a slower boom only lies there, and oil moves in and out at its mouth
 RULE_DENSITY = 1025.0  # [kg/m3] of sea water in the rule of thumb for the drag of a skirt

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from booms.boom import Boom
 from coupling.solids.bodies import MassProperties, mass_properties
 from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
-
-Array = NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Real = NDArray[np.float32]
+from oilsim.backend.arrays import Array, Real
 
 
 class ForcingView(NamedTuple):
@@ -27,7 +27,7 @@ class ForcingView(NamedTuple):
     velocity: Real
     phase: NDArray[np.uint8]
     gradient_sum: Real
-    rest_density: NDArray[np.float64]
+    rest_density: Array
     volume: float
 
 

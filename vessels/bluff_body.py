@@ -31,16 +31,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import elliprd
 from trimesh import Trimesh
 
 from coupling.solids.hydrostatics import cut_below, waterline_for_volume
+from oilsim.backend.arrays import Array, Flags
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.loads.load_model import LoadModel, Part
 from vessels.loads import FRICTION_SPEED, ittc_friction
-
-Array = NDArray[np.float64]
 
 # [1] C_n; paper (Hoerner 1965, section 3: disc and square plate 1.17, cube 1.05, ball 0.47; plates longer than ten widths 1.3 to 2)
 PRESSING = 1.17
@@ -68,7 +66,7 @@ class _Cell(NamedTuple):
     """A piece of a body: closed triangles (T, 3, 3) [m], and which of them are the body's own surface (T,)."""
 
     triangles: Array
-    is_skin: NDArray[np.bool_]
+    is_skin: Flags
 
 
 def bluff_body_loads(mesh: Trimesh, mass: float, water_density: float, up: Array) -> LoadModel:

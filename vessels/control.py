@@ -14,15 +14,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable
+from oilsim.backend.arrays import Array
 from oilsim.core.quantity import Quantity, quantities, quantity, quantity_of, require
 from vessels.course import Course, CourseLeg, wrap_angle
 from vessels.vessel import ControlGains, Vessel, moved_by, planar_motion
 from vessels.windage import Wind
 
-Array = NDArray[np.float64]
 HELM_ORDERS = {"speed_order": quantities(CourseLeg)["speed"], "heading_order": quantities(CourseLeg)["heading"]}
 
 

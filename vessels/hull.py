@@ -10,13 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from coupling.solids.bodies import MassProperties
 from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
+from oilsim.backend.arrays import Array, Flags, Ints
 from vessels.hull_size import HullSize
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,11 +46,6 @@ class Hull:
     def depth(self) -> float:
         """Height from keel to deck [m]."""
         return float(self.mesh.extents[2])
-
-    @property
-    def displacement(self) -> float:
-        """Displaced mass of water [kg]; equals the hull's mass."""
-        return self.water_density * self.hydrostatics.displaced_volume
 
     @property
     def metacentric_height(self) -> float:
@@ -175,7 +168,7 @@ def closed_tube(vertices: Array) -> trimesh.Trimesh:
     return _outward(mesh)
 
 
-def _has_three_corners(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _has_three_corners(faces: Ints) -> Flags:
     """Mark the faces whose three vertices differ."""
     return (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
 

@@ -14,14 +14,11 @@ from functools import lru_cache
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from coupling.solids.hydrostatics import hydrostatics
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.loads.load_model import LoadModel, Part, Station, heave_added_mass, heave_wave_damping, sway_added_mass
 from vessels.hull import Hull
-
-Array = NDArray[np.float64]
 
 # [1] strips along a hull; numerical; 15 m of hull in waves of 12 m leave 8 strips a wave
 STRIPS = 10

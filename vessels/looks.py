@@ -10,8 +10,6 @@ from recordings.model import palette
 from recordings.model.frame import Color, MeshDescription
 from vessels.hull import Hull, closed_tube
 
-Array = NDArray[np.float64]
-
 # all proportions of a workboat here are chosen, for looks
 STATIONS = np.array(
     [-1.0, -1.0, -0.7, -0.3, 0.0, 0.25, 0.45, 0.6, 0.75, 0.87, 0.95, 1.0]

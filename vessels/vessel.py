@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import AIR_DENSITY
 from oilsim.core.quantity import quantity, require
 from vessels.course import Course
@@ -18,8 +18,6 @@ if TYPE_CHECKING:  # a scenario's limits are read from these classes without the
     from vessels.hull import Hull
     from vessels.hull_forces import HullForces
     from vessels.windage import Windage
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,13 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable
-from coupling.multibody.rotations import rotation_matrices
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import AIR_DENSITY
+from oilsim.loads.body_axes import rotation_matrices
 
-Array = NDArray[np.float64]
 Wind = Callable[[Array, float], Array]  # (3,) [m/s] at a place (2,) [m] and a time [s]
 DRAG_COEFFICIENT = (
     1.0  # [1] of boxes and hulls in the wind; the rule 26 A (V / 40)^2 kgf of responders, V in knots, is 0.98

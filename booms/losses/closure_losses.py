@@ -27,7 +27,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from booms.boom_state import BoomState, beside, nearest_image, signed_distance
 from booms.containment import Containment, Standing
@@ -36,11 +36,10 @@ from booms.losses.rates import WAYS, Closures, Drivers
 from booms.losses.undisturbed import flow_ahead, forced_flow, surface_ahead
 from coupling.master.saved_fields import SavedFields
 from oilsim import Fluid
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import njit
 from oilsim.oil.fates import LossCause
 from oilsim.slick.loss_rate import passed_share
-
-Array = NDArray[np.float64]
 
 # [s] for which a resolved loss in excess of the closures' counts against them; assumed: the time that an observer takes for one loss
 WINDOW = 5.0
@@ -228,7 +227,7 @@ class ClosureLosses(SavedFields):
         facing = np.abs(normal @ mean) / size if size > 0.0 else np.ones(boom.segments)
         return np.asarray(volume / (boom.segment_length * np.maximum(facing, LEAST_FRONT)))
 
-    def _fresh(self, standing: Standing, since: float) -> NDArray[np.bool_]:
+    def _fresh(self, standing: Standing, since: float) -> Flags:
         """Return which particles (N,) of `standing` a segment lost by itself from `since` [s] on."""
         return (standing.lost_at >= since) & ~standing.modelled & (standing.segment < self._boom.segments)
 
@@ -309,7 +308,7 @@ class ClosureLosses(SavedFields):
         return int(particles.id[index[order[0]]])
 
 
-def segments_ahead(points: Array, line: Array, flow: Array) -> NDArray[np.int64]:
+def segments_ahead(points: Array, line: Array, flow: Array) -> Ints:
     """Return, for each point (N, 2) [m], the segment of `line` (S + 1, 2) to which the water carries it; -1 for none.
 
     flow (2,) [m/s]: of the water relative to the boom. The segment is the first that a straight way along the flow meets. Without flow, and
@@ -323,7 +322,7 @@ def segments_ahead(points: Array, line: Array, flow: Array) -> NDArray[np.int64]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _find_segments(points: Array, line: Array, direction: Array, found: NDArray[np.int64]) -> None:
+def _find_segments(points: Array, line: Array, direction: Array, found: Ints) -> None:
     """Fill found (N,); see `segments_ahead`. direction (2,) is a unit vector or 0."""
     for i in range(len(points)):
         first, nearest, choice, beside = 1e300, 1e300, -1, -1
@@ -344,9 +343,7 @@ def _find_segments(points: Array, line: Array, direction: Array, found: NDArray[
         found[i] = choice if choice >= 0 else beside
 
 
-def standing_share(
-    velocity: Array, segment: NDArray[np.int64], normal: Array, boom_velocity: Array, speed: Array
-) -> Array:
+def standing_share(velocity: Array, segment: Ints, normal: Array, boom_velocity: Array, speed: Array) -> Array:
     """Return how far each particle (N,) is held up, from 0, it moves with the water, to 1, it stands before its segment.
 
     1 - (v - v_segment) . n / U, within 0 and 1. velocity (N, 2) [m/s]; segment (N,) from 0 on; normal (S, 2) outward; boom_velocity (S, 2)

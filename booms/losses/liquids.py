@@ -20,8 +20,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.core.quantity import quantity, quantity_of, require
 from oilsim.slick.oil import Oil
@@ -80,8 +81,6 @@ def mixed(oils: Sequence[OilOnWater], volumes: Sequence[float]) -> OilOnWater:
         interfacial_tension=mean([oil.interfacial_tension for oil in oils]),
     )
 
-
-Array = NDArray[np.float64]
 
 # [-] C_f of a slick's underside; assumed: evidence spans 0.003 to 0.016; a flat plate has 0.0036 at a Reynolds number of 3.5e6
 FRICTION = 0.005

@@ -48,18 +48,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from booms.boom import Pocket
 from booms.losses.liquids import OilOnWater, boom_thickness, front_thickness, slick_length
 from booms.losses.resolution import Resolution
 from booms.scores import PLANING_ANGLE, VISCOUS_LIMIT, droplet_onset_speed
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.core.quantity import quantity, require
 from oilsim.oil.fates import LossCause
 from oilsim.slick.loss_rate import Pools
-
-Array = NDArray[np.float64]
 
 # [-] k, speed at the foot over that of the undisturbed water; theory: a plate with a base pressure coefficient of -1
 SUCTION = math.sqrt(2.0)
@@ -223,7 +222,7 @@ class Drivers:
     held: Array
     lean: Array
     freeboard: Array
-    sunk: NDArray[np.bool_]
+    sunk: Flags
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -325,7 +324,7 @@ def _in_pocket(total: Array, pools: Pools, pocket: Pocket, rows: slice) -> None:
         total[LossCause.DRAINAGE, rows] += pocket.overflow(held, speed) * volume / held
 
 
-def _drivers(pools: Pools, rows: NDArray[np.int64]) -> Drivers:
+def _drivers(pools: Pools, rows: Ints) -> Drivers:
     return Drivers(
         speed=pools.sustained_speed[rows],
         draft=pools.draft[rows],
@@ -336,7 +335,7 @@ def _drivers(pools: Pools, rows: NDArray[np.int64]) -> Drivers:
     )
 
 
-def _mean_oil(pools: Pools, rows: NDArray[np.int64]) -> OilOnWater:
+def _mean_oil(pools: Pools, rows: Ints) -> OilOnWater:
     """Return the mean of the oil that these pools hold, weighted by volume; of the viscosity, the geometric mean."""
     weights = pools.volume[rows]
     density, tension = (

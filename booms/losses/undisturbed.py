@@ -6,13 +6,11 @@ Nearer to the boom than two drafts the water is slowed and sped up by the boom i
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, nearest_image
 from oilsim import Fluid
+from oilsim.backend.arrays import Array
 from oilsim.sea import SeaForcing
-
-Array = NDArray[np.float64]
 
 NEAREST, FARTHEST = 2.0, 4.0  # [drafts] ahead of the segment between which the water is taken
 

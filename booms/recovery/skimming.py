@@ -7,16 +7,14 @@ Inputs: the `<body>.pose` (7,) [m, 1] and `<body>.twist` (6,) [m/s, rad/s] of th
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.recovery.skimmer import Skimmer, SkimmerDesign
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
-from coupling.multibody.rotations import rotation_matrices
 from coupling.participants.slick import SlickParticipant
+from oilsim.backend.arrays import Array, Ints
+from oilsim.loads.body_axes import rotation_matrices
 from oilsim.slick.merging import rows_within
 from oilsim.slick.parcels import ParcelState
-
-Array = NDArray[np.float64]
 
 POOL = 40.0  # [m] around a skimmer in which it looks for its pool; assumed: the pocket of a sweep
 MOVING = 0.5  # [m/s] at which a skimmer is moved along what carries it; assumed: by hand lines, or slewed by a crane
@@ -130,7 +128,7 @@ class SkimmingParticipant(Participant):
         if far > 0.0:
             self.offset = self.offset + way * min(1.0, MOVING * duration / far)
 
-    def _meet(self, rows: NDArray[np.int64]) -> None:
+    def _meet(self, rows: Ints) -> None:
         """Count the oil of parcels of rows (M,) that come to the mouth for the first time."""
         parcels = self._slick.slick.parcels
         new = rows[~np.isin(parcels.id[rows], self._met)]

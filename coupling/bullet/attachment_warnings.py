@@ -10,15 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from scipy.spatial import cKDTree
 
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import SurfaceSampling
 from coupling.solids.thin_parts import TIGHT
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 UNSAID = 0.02  # of a solid's volume, or of what its wall particles stand for: what other errors come to
 ENCLOSED = 0.5  # spacings below a surface: as far as particles come that only press on it

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
@@ -22,8 +21,7 @@ from coupling.bullet.pybullet_import import pybullet
 from coupling.multibody.prescribed_motion import Motion, Vector
 from coupling.multibody.rotations import turned
 from coupling.solids.bodies import MassProperties, convex_vertices
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 UNCLIPPED = 1e9  # [m/s, rad/s]; pybullet's limit of 100, applied before joints act, makes jointed bodies lose momentum
 UNYIELDING_MASS = 1e12  # [kg], mass of a body on a prescribed motion, which joints and contacts do not move

@@ -14,14 +14,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.bullet.links import LinkedBody, LinkKey, LinkSystem, read_links, read_loads
 from coupling.bullet.pybullet_import import pybullet
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.rigid_state import steady
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 
 class Observation(NamedTuple):

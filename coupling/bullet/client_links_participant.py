@@ -19,15 +19,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-import numpy.typing as npt
-
 from coupling.bullet.client_links import ClientLinks
 from coupling.bullet.links import LinkKey
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from coupling.participants.fluid import same_step
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 
 def link_name(key: LinkKey) -> str:

@@ -7,15 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.client_links import StepOutcome
 from coupling.bullet.links import LinkedBody
 from coupling.bullet.pybullet_import import pybullet
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 DEFAULT_DAMPING = 0.04  # [1/s] and [1/m]: pybullet's, of every link unless changeDynamics sets another
 BRAKED = 8  # steps in a row: in a few it may be a controller's force, on its way through 0

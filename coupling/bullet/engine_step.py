@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.bullet_client import BulletBody, BulletClient
@@ -28,9 +27,8 @@ from coupling.multibody.contact_free_step import FreeBodies, step_without_contac
 from coupling.multibody.prescribed_motion import Motion, PrescribedMotion
 from coupling.multibody.rigid_state import RigidBodyState
 from coupling.multibody.rotations import applied, cross
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
 
 SPEED_LIMIT = 100.0  # [m/s] per component; no floating body is as fast
 TURN_LIMIT = 1.0  # [rad] per component in a sub-step; faster turns are not resolved

@@ -15,7 +15,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.pybullet_import import pybullet
@@ -23,8 +22,8 @@ from coupling.bullet.shape_trial import require_askable
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.joint_constraints import Articulation, Joints, PointJoint
 from coupling.multibody.joint_tree import ArticulatedTree, TreeLink, no_axes
+from oilsim.backend.arrays import Array, Flags
 
-Array = npt.NDArray[np.float64]
 LinkKey = tuple[int, int]  # unique id of the body and index of the link, -1 for the base
 
 FAR = 1e6  # [m, m/s, rad/s] where numbers mean nothing any more
@@ -56,7 +55,7 @@ class LinkSystem:
     twist: Array
     inverse_mass: Array
     acceleration: Array
-    is_free: npt.NDArray[np.bool_]
+    is_free: Flags
 
 
 class LinkedBody(SavedFields):
@@ -243,7 +242,7 @@ class LinkedBody(SavedFields):
         self._rates, self._torques = rates, torques
         return [bool(each) for each in kept]
 
-    def _overcome(self, torques: Array, changes: Array, step_size: float) -> npt.NDArray[np.bool_]:
+    def _overcome(self, torques: Array, changes: Array, step_size: float) -> Flags:
         """Tell which motors are at their limit: same torque size as in the step before, or overcome by `changes` of rate (J, 3).
 
         A joint that slows down as ordered turns against its motor, too, but with less torque than before. A limit that was lowered shows as
@@ -316,7 +315,7 @@ def _require_body(client: int, body: int) -> None:
         )
 
 
-def _equal(torques: Array, others: Array) -> npt.NDArray[np.bool_]:
+def _equal(torques: Array, others: Array) -> Flags:
     """Mark entries that are equal up to rounding."""
     return np.abs(torques - others) <= MOTOR_SPENT * torques
 

@@ -9,7 +9,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.engine_step import Body
@@ -21,8 +20,7 @@ from coupling.multibody.lines import ElasticLine, Line, Lines, stiffest
 from coupling.multibody.mooring_leg import MooringLeg
 from coupling.multibody.prescribed_motion import Vector
 from coupling.multibody.rigid_state import RigidBodyState, steady
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 
 class LoadedBodies:

@@ -22,7 +22,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from scipy.spatial.transform import Rotation
 
@@ -41,9 +40,8 @@ from coupling.solids.signed_distance import Box
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
 from oilsim import AdvanceReport, Fluid
+from oilsim.backend.arrays import Array
 from oilsim.core.phases import RIGHT_ANGLE
-
-Array = npt.NDArray[np.float64]
 
 NOWHERE = np.full(3, np.inf)
 JUMP = 0.5  # spacings: a link that moves this much further in a step than its velocity takes it was set elsewhere by somebody

@@ -14,14 +14,13 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
+from oilsim.backend.arrays import Array
 
 __all__ = ["RigidBodyParticipant", "RigidBodyWorld"]
 
-Array = npt.NDArray[np.float64]
 
 BODY_VARIABLES = (
     ("wrench", "N, N m", (6,), Causality.INPUT),

@@ -11,7 +11,6 @@ from itertools import chain
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 
 from coupling.bullet.bullet_client import BulletClient
@@ -31,10 +30,9 @@ from coupling.multibody.prescribed_motion import (
 )
 from coupling.multibody.rigid_state import pose_of, twist_of
 from coupling.solids.bodies import MassProperties, require_closed
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.fluid.checks import finite
-
-Array = npt.NDArray[np.float64]
 
 FRICTION = 0.5  # coefficient of contacts, where nothing else is said
 

@@ -19,8 +19,7 @@ from coupling.bullet.pybullet_import import pybullet
 from coupling.solids.bodies import box, capsule, cylinder, load_solid, mesh_parts, sphere
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.solid_mesh import SolidMesh, read_objects, told_solid
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 NO_LIQUID = np.zeros((0, 3))
 KINDS = "box, sphere, cylinder, capsule, mesh"

@@ -29,8 +29,7 @@ from coupling.fmu.participant_slave import ENDED
 from coupling.fmu.trial_process import is_own_process, suspected_folder, temporary_folder, try_out
 from coupling.fmu.variables import FLOATS, FmuMessages, grouped, read_description, variables_of, whole
 from coupling.master.participant import Causality, Participant, Status, StepResult, checked_value
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 DISCARD_STATUS, FATAL_STATUS = 2, 4  # of FMI 2 and 3
 ROUNDING = 1e-6  # relative, of a step that is the difference of two times

@@ -22,9 +22,10 @@ from typing import IO, Any
 
 import numpy.typing as npt
 
-from coupling.fmu.fmu_participant import Array, FmuParticipant
+from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.trial_process import STOPPING, is_own_process, temporary_folder
 from coupling.master.participant import Participant, StepResult, Variable
+from oilsim.backend.arrays import Array
 from recordings.files.writing import module_command, module_environment
 
 STEP_PATIENCE = 60.0  # s that one call may take: far above a step of any model, and short enough to be waited for

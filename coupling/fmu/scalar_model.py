@@ -25,7 +25,6 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.master.participant import (
     Causality,
@@ -36,8 +35,7 @@ from coupling.master.participant import (
     checked_value,
     variable_table,
 )
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 MODEL_FILE = "model.py"
 OWN = ("name", "variables", "memory")  # attributes of every model

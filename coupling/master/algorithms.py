@@ -26,13 +26,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.master.connection import Link
 from coupling.master.saved_fields import SavedFields
 from coupling.master.stepper import Stepper
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 LARGEST_RELAXATION = 1.0
 NOISE = 1e-2  # relative to the largest singular value; below are columns with only the noise of solvers' tolerances

@@ -28,16 +28,15 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.master.algorithms import Aitken, Algorithm, Iteration, QuasiNewton, Steppers, transfer
 from coupling.master.connection import Link
 from coupling.master.errors import CoSimulationError
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import GRAVITY
 
 __all__ = ["Aitken", "BodyExchange", "BodyInterface", "QuasiNewton", "Scheme"]
 
-Array = npt.NDArray[np.float64]
 
 EXPLICIT_LIMIT = 0.1  # where a lagged exchange diverges it is 1
 LARGEST_NUMBER_OF_ITERATIONS = 40

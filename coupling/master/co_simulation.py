@@ -23,9 +23,10 @@ from coupling.master.errors import CoSimulationError, CouplingSetupError, reason
 from coupling.master.exchange_ledger import GAUSS_SEIDEL, Exchange
 from coupling.master.initialization import exchange_initial_values
 from coupling.master.observer_dispatch import NOBODY, Audience, CommunicationPoint, Watching, tried
-from coupling.master.participant import Array, Participant
+from coupling.master.participant import Participant
 from coupling.master.saved_fields import require_alike
 from coupling.master.stepper import HALVINGS, TIME_TOLERANCE, Discarded, NotExchanged, Snapshot, Stepper, rollback_fault
+from oilsim.backend.arrays import Array
 from recordings.model.frame import Event, EventLevel
 
 FINEST = 1e-3  # of a step, that times must tell apart

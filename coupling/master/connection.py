@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from coupling.master.participant import Array, Causality, Numbers, Participant, Variable, array_of
+from coupling.master.participant import Causality, Numbers, Participant, Variable, array_of
 from coupling.master.units import Conversion, conversion
+from oilsim.backend.arrays import Array
 
 _KINDS = {Causality.INPUT: "an input", Causality.OUTPUT: "an output", Causality.PARAMETER: "a parameter"}
 

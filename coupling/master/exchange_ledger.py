@@ -19,14 +19,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.master.algorithms import Algorithm, GaussSeidel, Steppers
 from coupling.master.errors import CoSimulationError
 from coupling.master.observer_dispatch import CommunicationPoint
 from coupling.master.saved_fields import SavedFields
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 MOMENTUM_LIMIT = 1e-6
 ENERGY_LIMIT = 0.5

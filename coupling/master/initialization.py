@@ -19,8 +19,8 @@ import numpy as np
 from coupling.master.algorithms import QuasiNewton
 from coupling.master.connection import Connection, Link
 from coupling.master.errors import CoSimulationError
-from coupling.master.participant import Array
 from coupling.master.stepper import Stepper
+from oilsim.backend.arrays import Array
 
 LOOP_TOLERANCE = 1e-10  # relative change of a value between sweeps
 LOOP_SWEEPS = 100

@@ -14,13 +14,11 @@ from enum import Enum
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.master.saved_fields import SavedFields
 from coupling.master.units import Unit, read_unit
+from oilsim.backend.arrays import Array
 from oilsim.core.quantity import Quantity
-
-Array = npt.NDArray[np.float64]
 
 # name of an array's element that is a variable of its own as well
 ELEMENT = re.compile(r"^(?P<name>.+)\[(?P<index>\d+)\]$")

@@ -31,13 +31,8 @@ import numpy as np
 
 from coupling.master.connection import Connection
 from coupling.master.errors import CoSimulationError, reason
-from coupling.master.participant import (
-    Array,
-    Causality,
-    Participant,
-    Status,
-    StepResult,
-)
+from coupling.master.participant import Causality, Participant, Status, StepResult
+from oilsim.backend.arrays import Array
 from recordings.model.frame import Event
 
 TIME_TOLERANCE = 1e-9  # of a step: far above rounding, far below anything that moves

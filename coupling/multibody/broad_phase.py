@@ -11,14 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from coupling.multibody.rotations import rotation_matrices
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
+from oilsim.loads.body_axes import rotation_matrices
 
 FURTHEST = 0.0625  # of half its thickness, that a body may go in a step into another one
 # [m] between bodies that touch nothing; numerical; the engine makes contacts from 0.02 m on

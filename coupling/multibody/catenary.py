@@ -19,11 +19,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
 
 # [N] horizontal pull below which a leg counts as slack; numerical
 SLACK = 1e-3
@@ -170,23 +168,4 @@ def tensions(parts: Array, horizontal: float, vertical: float) -> Array:
     for k in range(len(parts)):
         found[k] = np.sqrt(horizontal * horizontal + v * v)
         v = max(0.0, v - parts[k, 0] * parts[k, 1])
-    return found
-
-
-def shape_of(parts: Array, pull: Pull, points: int = 20) -> Array:
-    """Return points (points + 1, 2) of the leg: distance from the anchor and height above the ground [m], from the upper end down."""
-    total = float(parts[:, 0].sum())
-    places = np.linspace(0.0, total, points + 1)
-    horizontal = max(pull.horizontal, SLACK)
-    found = np.zeros((points + 1, 2))
-    for n, place in enumerate(places):  # what lies below a place spans distance and height from the anchor
-        below, v, left = [], pull.vertical, place
-        for length, weight, stiffness in parts:
-            cut = min(left, length)
-            v = max(0.0, v - weight * cut)
-            left -= cut
-            if length > cut:
-                below.append((length - cut, weight, stiffness))
-        if below:
-            found[n] = span_of(np.array(below), horizontal, v)[:2]
     return found

@@ -18,11 +18,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.multibody.joint_constraints import Articulation, Joints, PointJoint
 from coupling.multibody.rigid_state import RigidBodyState
 from coupling.multibody.rotations import applied
+from oilsim.backend.arrays import Array
 
 if TYPE_CHECKING:
     from oilsim.loads.morison import BodyLoads
@@ -85,8 +85,6 @@ class MetEnvironment:
         self._impulse += sub_step * (state.sea_load - resisted)
         return resisted
 
-
-Array = npt.NDArray[np.float64]
 
 CLOSING = 0.2  # of a joint's gap, in a step of the engine: as much as pybullet would
 

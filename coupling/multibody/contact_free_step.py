@@ -17,13 +17,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
 
 
 class FreeBodies(NamedTuple):

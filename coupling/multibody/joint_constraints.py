@@ -26,16 +26,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from coupling.multibody.rotations import applied, cross, rotation_matrices
+from coupling.multibody.rotations import applied, cross
 from coupling.multibody.skyline_cholesky import EnvelopeCholesky, Skyline, empty_skyline, skyline_of
+from oilsim.backend.arrays import Array, Ints
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from oilsim.loads.body_axes import rotation_matrices
 
 # Two swings of each of n links sum to sqrt(2 n) omega^2; a link alone, which turns about its middle, has sqrt(2) 4 omega^2: as much for 16
 TOGETHER = 16
@@ -317,7 +315,7 @@ def _row_count(joint: PointJoint) -> int:
     return 6 if joint.holds_turn else 3
 
 
-def _first_rows(joints: Sequence[PointJoint], body_count: int) -> npt.NDArray[np.int64]:
+def _first_rows(joints: Sequence[PointJoint], body_count: int) -> Ints:
     """Return the first row of J of every joint; joints that share a body are close to each other, so that rows of J W J^T are short."""
     holds = np.zeros((len(joints), body_count), dtype=np.int64)
     for index, joint in enumerate(joints):

@@ -18,9 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 
 def cross(first: Array, second: Array) -> Array:

@@ -16,14 +16,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.multibody.joint_constraints import PointJoint
-from coupling.multibody.rotations import rotation_matrices
+from oilsim.backend.arrays import Array, Ints
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from oilsim.loads.body_axes import rotation_matrices
 
 
 class Twists(NamedTuple):

@@ -22,16 +22,14 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.joint_twist import Twists, longest_twist_step, twist_torques, twists_of
 from coupling.multibody.mooring_leg import MooringLeg
 from coupling.multibody.rotations import applied, places_of
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import njit
 from oilsim.loads.load_model import add_force_at
-
-Array = npt.NDArray[np.float64]
 
 STABLE = 2.0  # used instead of the limit 4, because joints and water around the bodies change w
 

@@ -20,16 +20,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.catenary import Pull, distance_under, pull_of, tensions
 from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.multibody.rotations import places_of
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import njit
 from oilsim.loads.load_model import add_force_at
-
-Array = npt.NDArray[np.float64]
 
 # [N] error of the pull at which an anchor drags; numerical
 EVEN = 1e-3

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
+
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Twist = Sequence[float] | Array  # (6,) linear [m/s] and angular velocity [rad/s]

@@ -6,16 +6,14 @@ Frames and reference points as in `coupling.master.participant`: centre of mass,
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.prescribed_motion import Motion
 from coupling.multibody.rotations import applied, cross, in_world
 from coupling.solids.bodies import MassProperties
+from oilsim.backend.arrays import Array, Flags
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
 
 ALL = slice(None)
 MOVING = ("pose", "twist", "wrench", "applied_wrench", "line_wrench", "reaction", "earlier_reaction")
@@ -213,7 +211,7 @@ def steady(earlier: Array, later: Array) -> Array:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _carry(mass: Array, inertia: Array, resistance: Array, is_free: npt.NDArray[np.bool_], inverse: Array) -> bool:
+def _carry(mass: Array, inertia: Array, resistance: Array, is_free: Flags, inverse: Array) -> bool:
     """Write (diag(m, I) + resistance)^-1 of free bodies to `inverse` (B, 6, 6), by Cholesky's factor; tell whether all have one.
 
     mass (B,) [kg], inertia (B, 3, 3) [kg m2], resistance (B, 6, 6) [kg, kg m, kg m2], symmetric.

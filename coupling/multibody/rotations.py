@@ -3,35 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def rotation_matrices(orientation: Array) -> Array:
-    """Compute matrices (B, 3, 3), body axes to world axes, of unit quaternions `orientation` (B, 4), x y z w."""
-    result = np.empty((len(orientation), 3, 3))
-    for n in range(len(orientation)):
-        x, y, z, w = orientation[n]
-        result[n, 0, 0], result[n, 0, 1], result[n, 0, 2] = (
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - z * w),
-            2.0 * (x * z + y * w),
-        )
-        result[n, 1, 0], result[n, 1, 1], result[n, 1, 2] = (
-            2.0 * (x * y + z * w),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - x * w),
-        )
-        result[n, 2, 0], result[n, 2, 1], result[n, 2, 2] = (
-            2.0 * (x * z - y * w),
-            2.0 * (y * z + x * w),
-            1.0 - 2.0 * (x * x + y * y),
-        )
-    return result
+from oilsim.loads.body_axes import rotation_matrices
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -9,13 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from oilsim.backend.arrays import Array, Ints
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-
 
 COLUMNS = 64  # right hand sides that are solved at once and fit into the processor's cache
 

@@ -30,11 +30,11 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
 from oilsim import AdvanceReport, BoundaryParticles, Fluid, FluidError, block
+from oilsim.backend.arrays import Array
 from oilsim.boundaries.walls import rotation_matrix
 
 ROUNDING = 1e-6  # of a step: above what the difference of two times loses, below any other step that is meant
@@ -44,8 +44,6 @@ def same_step(asked: float, own: float) -> bool:
     """Tell whether the step `asked` for [s] equals a participant's `own` step [s], up to the rounding of times."""
     return abs(asked - own) <= ROUNDING * own
 
-
-Array = npt.NDArray[np.float64]
 
 MOTION_VARIABLES = (
     ("pose", "m, 1", (7,)),

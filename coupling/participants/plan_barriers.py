@@ -1,4 +1,4 @@
-"""Booms and hulls of rigid bodies, and a shore, seen in plan: the barriers that a slick meets."""
+"""Booms of rigid bodies, and a shore, seen in plan: the barriers that a slick meets."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from coupling.multibody.rotations import rotation_matrices
+from oilsim.backend.arrays import Array, Flags
+from oilsim.loads.body_axes import rotation_matrices
 from oilsim.slick.barriers import SHORTEST
 
-Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 
 # [m] sides into which a waterline is divided, each with its own room for oil; numerical
@@ -62,7 +61,7 @@ class BoomBodies:
     seals: bool = False
     mouth: ReelMouth | None = None
 
-    def nodes(self, poses: Array, parted: npt.NDArray[np.bool_]) -> Array:
+    def nodes(self, poses: Array, parted: Flags) -> Array:
         """Return the nodes (N, 2) [m], as many as segments, one, and one more for each joint that has parted.
 
         poses (S, 7) [m, 1] of the bodies; parted (S,) whether the joint at a segment's end has parted.
@@ -84,24 +83,6 @@ class BoomBodies:
         """Return the angle (S,) [rad] between the bodies' z axes and the vertical; poses (S, 7) [m, 1] of the bodies."""
         upward = rotation_matrices(poses[:, 3:])[:, 2, 2]
         return np.asarray(np.arccos(np.clip(upward, -1.0, 1.0)))
-
-
-@dataclass(frozen=True, kw_only=True)
-class HullBody:
-    """A body whose outline oil sticks to.
-
-    name     of the slick's outline
-    body     name of the body
-    nodes    (N, 3) [m] the outline at the waterline, in the body frame
-    """
-
-    name: str
-    body: str
-    nodes: Sequence[Point]
-
-    def outline(self, pose: Array) -> Array:
-        """Return the outline (N, 2) [m]; pose (7,) [m, 1] of the body."""
-        return _placed(pose[None], self.nodes)[0, :, :2]
 
 
 @dataclass(frozen=True, kw_only=True)

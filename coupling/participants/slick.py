@@ -1,6 +1,6 @@
-"""A slick of parcels as a participant of a coupled run: booms and hulls are bodies of others, oil is its own.
+"""A slick of parcels as a participant of a coupled run: booms are bodies of others, oil is its own.
 
-The input `poses` holds the poses of the bodies of booms and hulls, in the order of `bodies`. Outputs: `spilled`, `afloat`, `contained`,
+The input `poses` holds the poses of the bodies of booms, in the order of `bodies`. Outputs: `spilled`, `afloat`, `contained`,
 `stranded`, `recovered`, rows of the oil ledger in m3, and `resolved`, what of it is particles of a window; `lost`, and `lost.<cause>`, the
 oil now lost by that cause; of every boom <boom> `<boom>.contained`, `<boom>.passed.<cause>`, the oil that it has lost since the start and
 that has not come back, `<boom>.carried.<cause>`, what of it particles of a window carried past, `<boom>.recontained`,
@@ -20,15 +20,14 @@ import numpy as np
 import numpy.typing as npt
 
 from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
-from coupling.participants.plan_barriers import Beach, BoomBodies, HullBody
+from coupling.participants.plan_barriers import Beach, BoomBodies
+from oilsim.backend.arrays import Array
 from oilsim.oil.fates import CAUSES
 from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_rate import LossRate, no_loss
 from oilsim.slick.parcels import Parcels, Rows
 from oilsim.slick.slick import Slick, SurfaceFlow
 from oilsim.slick.spill_source import SpillSource
-
-Array = npt.NDArray[np.float64]
 
 ROWS = ("spilled", "afloat", "contained", "stranded", "recovered", "resolved")
 BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s"}
@@ -97,11 +96,11 @@ class OilParticles(Protocol):
 
 
 class SlickParticipant(Participant):
-    """Steps a `Slick` whose barriers named by `booms` and `hulls` follow bodies; see the module for its variables.
+    """Steps a `Slick` whose barriers named by `booms` follow bodies; see the module for its variables.
 
     sea: what carries the slick; loss_rate: closures; beach: its waterline is an outline of the slick, and booms that seal do so on it.
     `sources` holds the oil that runs out, and may grow between
-    steps; one may lie on a body of a boom or hull, or on one of the `carriers`. Releases and recovery are calls of
+    steps; one may lie on a body of a boom, or on one of the `carriers`. Releases and recovery are calls of
     the slick, between steps. Raises ValueError for a boom that the slick does not have, or has
     with another number of segments.
     """
@@ -115,7 +114,6 @@ class SlickParticipant(Participant):
         sea: CarryingSea,
         *,
         booms: Sequence[BoomBodies] = (),
-        hulls: Sequence[HullBody] = (),
         loss_rate: LossRate = no_loss,
         beach: Beach | None = None,
         carriers: Sequence[str] = (),
@@ -124,13 +122,13 @@ class SlickParticipant(Participant):
         self.sources: list[SpillSource] = []
         self._slick, self._loss_rate = slick, loss_rate
         self._flow, self._water, self._surface = sea
-        self._booms, self._hulls, self._beach = tuple(booms), tuple(hulls), beach
+        self._booms, self._beach = tuple(booms), beach
         self._rows = {boom.name: slick.barriers.rows(boom.name) for boom in booms}
         for boom in booms:
             segments = self._rows[boom.name].stop - self._rows[boom.name].start
             if segments != len(boom.bodies):
                 raise ValueError(f"{name!r}: boom {boom.name!r} has {len(boom.bodies)} bodies, allowed: {segments}")
-        named = [*(body for boom in booms for body in boom.bodies), *(hull.body for hull in hulls), *carriers]
+        named = [*(body for boom in booms for body in boom.bodies), *carriers]
         self.bodies = tuple(dict.fromkeys(named))
         place = {body: row for row, body in enumerate(self.bodies)}
         self._boom_rows = [np.array([place[body] for body in boom.bodies], dtype=np.int64) for boom in booms]
@@ -260,8 +258,6 @@ class SlickParticipant(Participant):
         for boom, rows in zip(self._booms, self._boom_rows, strict=True):
             poses, parted = self._poses[rows], self._slick.barriers.parted[self._rows[boom.name]]
             self._slick.move(boom.name, boom.nodes(poses, parted), self._immersion(boom, poses, time))
-        for hull in self._hulls:
-            self._slick.move(hull.name, hull.outline(self._poses[self.bodies.index(hull.body)]))
 
     def _immersion(self, boom: BoomBodies, poses: Array, time: float) -> Immersion:
         """Measure how a boom with bodies at poses (S, 7) [m, 1] sits in the water at `time` [s]."""

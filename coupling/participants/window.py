@@ -24,7 +24,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
@@ -34,6 +33,7 @@ from coupling.multibody.constrained_mobility import Environment
 from coupling.participants.fluid import FluidParticipant, added_mass
 from coupling.solids.signed_distance import SignedDistance
 from oilsim import BoundaryParticles, FluidError, block
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.boundaries.walls import rotation_matrix
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.window.local_motion import LocalMotion, gauss_points, local_motion
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
 
     from oilsim.loads.morison import BodyLoads
 
-Array = npt.NDArray[np.float64]
 Target = Callable[[Mapping[str, Array]], Array]
 
 # [1] spacings along a body whose added mass is told at least; numerical; `added_mass` looks at no more than twice as many
@@ -199,7 +198,7 @@ class WindowParticipant(FluidParticipant):
             every[near] = part
         return whole
 
-    def _near(self, place: Array, time: float) -> npt.NDArray[np.int64]:
+    def _near(self, place: Array, time: float) -> Ints:
         """Return the rows of the bodies at `place` (B, 3) [m] that are in the window, or may be when the sea has moved them."""
         motion, along = self.window.motion, list(self.window.rim.along)
         offset = place[:, along] - (self.window.rim.center + motion.travel(time)[:2])[along]
@@ -225,14 +224,14 @@ class WindowParticipant(FluidParticipant):
         """Return every body's share (B,)."""
         return np.clip(self._inward(now) / (FADE * self.window.settings.spacing), 0.0, 1.0).mean(1)
 
-    def _present(self, now: LocalMotion) -> npt.NDArray[np.bool_]:
+    def _present(self, now: LocalMotion) -> Flags:
         """Mark the bodies (B,) that particles meet: a little before they have a share, so that the flow around them is there by then."""
         spacing = self.window.settings.spacing
         reach = np.full(len(self._bodies), min(APPROACH * spacing, APPROACH_SHARE * self.window.rim.width))
         reach[self._met] += STAY * spacing
         return np.asarray((self._inward(now).max(1) > -reach) | (self.shares.values > 0.0))
 
-    def _meet(self, pose: Array, now: LocalMotion, present: npt.NDArray[np.bool_]) -> None:
+    def _meet(self, pose: Array, now: LocalMotion, present: Flags) -> None:
         """Give the fluid the surfaces of bodies that come in, and take away those of bodies that leave; `present` (B,)."""
         for n, (name, body) in enumerate(self._bodies.items()):
             if present[n] == (name in self._handles):
@@ -344,7 +343,7 @@ class WindowParticipant(FluidParticipant):
         super().restore_state(state)
 
 
-def _is_near(mesh: Trimesh, points: Array, clearance: float) -> npt.NDArray[np.bool_]:
+def _is_near(mesh: Trimesh, points: Array, clearance: float) -> Flags:
     """Mark the points (N, 3) [m], in a body's axes, inside its mesh or nearer to it than `clearance` [m]."""
     low, high = mesh.bounds
     near = np.asarray(((points > low - clearance) & (points < high + clearance)).all(1))

@@ -21,13 +21,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 
 from coupling.solids.closed_shells import UnitFrame
 from coupling.solids.solid_mesh import SolidMesh, read_objects, told_solid
-
-Array = npt.NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 FAR = 10.0  # sizes of a mesh from the origin, beyond which its integrals lose digits
 TINY = 1e-2  # [m] of a mesh, below which trimesh takes volumes for 0

@@ -22,11 +22,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.spatial import cKDTree
 
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
 
 JOINED = (
     0.0,
@@ -87,7 +84,7 @@ class Shell:
         is_mended: true if triangles were turned over or dropped to close it.
     """
 
-    faces: Integers
+    faces: Ints
     volume: float
     is_mended: bool
 
@@ -100,7 +97,7 @@ class Shells:
     notes: tuple[str, ...]
 
 
-def closed_shells(vertices: Array, faces: Integers, frame: UnitFrame) -> Shells:
+def closed_shells(vertices: Array, faces: Ints, frame: UnitFrame) -> Shells:
     """Sort triangles into closed shells.
 
     vertices: (V, 3) in the dimensionless units of `frame`; faces: (F, 3). Raises ValueError, which gives places in m, for triangles that
@@ -124,7 +121,7 @@ def counted(number: int, thing: str) -> str:
     return f"{number} {thing}" + ("s" if number != 1 else "")
 
 
-def _watertight(vertices: Array, faces: Integers, frame: UnitFrame) -> tuple[Integers, list[str]]:
+def _watertight(vertices: Array, faces: Ints, frame: UnitFrame) -> tuple[Ints, list[str]]:
     """Return faces with joined corners, an even number of which meets in each edge, and notes; ValueError if there is a gap."""
     for distance in JOINED:  # no further than is needed: fine detail stays
         joined = _with_area(_joined(vertices, faces, distance))
@@ -138,7 +135,7 @@ def _watertight(vertices: Array, faces: Integers, frame: UnitFrame) -> tuple[Int
     raise ValueError(_gap(vertices, faces, frame))
 
 
-def _joined(vertices: Array, faces: Integers, distance: float) -> Integers:
+def _joined(vertices: Array, faces: Ints, distance: float) -> Ints:
     """Return faces whose corners within `distance` of each other have one index; 0: corners at exactly one place."""
     if distance == 0.0:
         first, group = _distinct(vertices + 0.0)  # -0 and 0 are one place
@@ -149,7 +146,7 @@ def _joined(vertices: Array, faces: Integers, distance: float) -> Integers:
     return np.unique(label, return_index=True)[1].astype(np.int64)[label][faces]
 
 
-def _distinct(rows: npt.NDArray) -> tuple[Integers, Integers]:
+def _distinct(rows: npt.NDArray) -> tuple[Ints, Ints]:
     """Return the index of the first of each distinct row, and for each row the number of the distinct row that it equals."""
     order = np.lexsort(rows.T[::-1])
     is_new = np.r_[True, (np.diff(rows[order], axis=0) != 0).any(axis=1)] if len(rows) else np.zeros(0, dtype=bool)
@@ -158,27 +155,27 @@ def _distinct(rows: npt.NDArray) -> tuple[Integers, Integers]:
     return order[is_new].astype(np.int64), group  # lexsort is stable: the first of equals comes first
 
 
-def _with_area(faces: Integers) -> Integers:
+def _with_area(faces: Ints) -> Ints:
     """Drop triangles that have shrunk to a line or a point."""
     return faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
 
 
-def _single(faces: Integers) -> Integers:
+def _single(faces: Ints) -> Ints:
     """Keep one of triangles with the same corners and the same winding."""
     if len(faces) == 0:
         return faces
-    first: Integers = np.asarray(faces.argmin(axis=1))
+    first: Ints = np.asarray(faces.argmin(axis=1))
     kept = _distinct(np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1))[0]
     return faces[np.sort(kept)]
 
 
-def _edges(faces: Integers) -> tuple[Integers, Flags]:
+def _edges(faces: Ints) -> tuple[Ints, Flags]:
     """Return edges (3 F, 2), lower corner first, ordered by face; and flags (3 F,) of those that run from the lower corner."""
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     return np.sort(edges, axis=1), edges[:, 0] < edges[:, 1]
 
 
-def _uses(edges: Integers) -> tuple[Integers, Integers, Integers]:
+def _uses(edges: Ints) -> tuple[Ints, Ints, Ints]:
     """Return the distinct edges by the index of their first use, the edge of each use, and the number of uses of each edge."""
     scale = int(edges.max(initial=0)) + 1
     _, first, edge, uses = np.unique(
@@ -187,7 +184,7 @@ def _uses(edges: Integers) -> tuple[Integers, Integers, Integers]:
     return first, edge, uses
 
 
-def _gap(vertices: Array, faces: Integers, frame: UnitFrame) -> str:
+def _gap(vertices: Array, faces: Ints, frame: UnitFrame) -> str:
     """Say where a surface is open."""
     kept = _single(_with_area(_joined(vertices, faces, JOINED[1])))
     if len(kept) == 0:
@@ -201,7 +198,7 @@ def _gap(vertices: Array, faces: Integers, frame: UnitFrame) -> str:
     )
 
 
-def _paired(vertices: Array, faces: Integers) -> tuple[Integers, Integers]:
+def _paired(vertices: Array, faces: Ints) -> tuple[Ints, Ints]:
     """Return the shell of each face (F,), and the neighbour of each face across its three edges (F, 3)."""
     edges, forward = _edges(faces)
     edge = _uses(edges)[1]
@@ -219,7 +216,7 @@ def _paired(vertices: Array, faces: Integers) -> tuple[Integers, Integers]:
     return connected_components(graph, directed=False)[1].astype(np.int64), partner.reshape(-1, 3)
 
 
-def _around(vertices: Array, faces: Integers, uses: Integers, edges: Integers, forward: Flags) -> list[tuple[int, int]]:
+def _around(vertices: Array, faces: Ints, uses: Ints, edges: Ints, forward: Flags) -> list[tuple[int, int]]:
     """Pair the uses of one edge by more than two faces: the two sides of each wedge of solid matter.
 
     Seen along the edge, matter lies behind a face that runs along it and before one that runs against it, in the sense of turning. Each
@@ -247,7 +244,7 @@ def _around(vertices: Array, faces: Integers, uses: Integers, edges: Integers, f
     return pairs + list(zip(rest[::2], rest[1::2], strict=True))  # of mixed winding, which is mended later
 
 
-def _wound(faces: Integers, members: Integers, partner: Integers) -> tuple[Integers, int]:
+def _wound(faces: Ints, members: Ints, partner: Ints) -> tuple[Ints, int]:
     """Return the faces of one shell with one winding, and how many were turned over; ValueError if no winding fits all."""
     own, size = faces[members], len(members)
     index = np.zeros(len(faces), dtype=np.int64)
@@ -278,7 +275,7 @@ def _wound(faces: Integers, members: Integers, partner: Integers) -> tuple[Integ
     return np.where(flip[:, None], own[:, ::-1], own), int(flip.sum())
 
 
-def _shell(vertices: Array, faces: Integers, is_mended: bool, frame: UnitFrame) -> Shell:
+def _shell(vertices: Array, faces: Ints, is_mended: bool, frame: UnitFrame) -> Shell:
     """Create a shell, and check that it encloses a volume and does not pass through itself; ValueError if not."""
     a, b, c = np.moveaxis(vertices[faces] - vertices[faces[0, 0]], 1, 0)
     volume = float(np.einsum("fi,fi->", a, np.cross(b, c))) / 6.0
@@ -301,7 +298,7 @@ TOUCHING = 1e-7  # of the surface's size: how far an edge must reach to both sid
 ROUNDING = 1e-12  # of the surface's size: an edge so near a border of two triangles passes through one of them, in spite of rounding
 
 
-def crossing_triangles(vertices: Array, faces: Integers) -> tuple[int, int] | None:
+def crossing_triangles(vertices: Array, faces: Ints) -> tuple[int, int] | None:
     """Return the indices of two triangles that pass through each other, None if there are none.
 
     vertices: (V, 3); faces: (F, 3). The unit is free.

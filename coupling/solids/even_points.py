@@ -10,16 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from scipy.sparse import coo_array
 from scipy.spatial import cKDTree
 
 from coupling.solids.signed_distance import SignedDistance
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import njit
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 SHARP = np.pi / 4.0  # angle between faces from which their edge counts as one
 ROUND = 0.3  # smallest over largest singular value of the normals at a corner; below, the faces meet in an edge
@@ -77,8 +74,6 @@ def _corners(mesh: trimesh.Trimesh) -> tuple[Array, Array]:
     return np.array(places).reshape(-1, 3), np.array(ways).reshape(-1, 3)
 
 
-Integers = npt.NDArray[np.int64]
-
 PACKING = 0.7  # count times distance^2 over area of what random choice at a least distance reaches on a plane
 
 
@@ -99,7 +94,7 @@ def random_distance(pitch: float) -> float:
     return math.sqrt(PACKING) * pitch
 
 
-def choose_apart(candidates: Array, least: float, ordered: int = 0) -> Integers:
+def choose_apart(candidates: Array, least: float, ordered: int = 0) -> Ints:
     """Return the indices of candidates (K, 3) [m] that are `least` [m] or more apart and leave no room for another.
 
     The first `ordered` of them are asked first and in their order, the others in a fixed random one (Poisson-disk choice).

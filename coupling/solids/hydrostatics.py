@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from oilsim.backend.arrays import Array, Flags, Ints
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +100,7 @@ class Cut(NamedTuple):
     """
 
     triangles: Array
-    source: NDArray[np.int64]
+    source: Ints
     edges: Array
 
 
@@ -124,7 +123,7 @@ def cut_below(triangles: Array, height: Array) -> Cut:
     )
 
 
-def _first_vertex_first(triangles: Array, height: Array, marked: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _first_vertex_first(triangles: Array, height: Array, marked: Flags) -> tuple[Array, Array]:
     """Rotate each triangle, and its heights, so that its one marked vertex comes first; the orientation stays."""
     order = (np.argmax(marked, axis=1)[:, None] + np.arange(3)) % 3
     return np.take_along_axis(triangles, order[:, :, None], axis=1), np.take_along_axis(height, order, axis=1)

@@ -10,15 +10,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from coupling.solids.closed_shells import UnitFrame, counted
-
-Array = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
+from oilsim.backend.arrays import Array, Flags, Ints
 
 NOTHING = 1e-9  # of a shell's volume, or of its area^(3/2): what rounding leaves
 TOUCH = 1e-9  # how far boxes of unit size may lie apart that touch
@@ -37,7 +33,7 @@ class PlacedShell:
     """
 
     vertices: Array
-    faces: Integers
+    faces: Ints
     volume: float
     is_original: bool = True
 
@@ -216,7 +212,7 @@ def _manifold(shell: PlacedShell):  # type: ignore[no-untyped-def]
     return made
 
 
-def _split(vertices: Array, faces: Integers) -> list[PlacedShell]:
+def _split(vertices: Array, faces: Ints) -> list[PlacedShell]:
     """Split a surface into its connected shells, without crumbs that rounding leaves."""
     rows = np.repeat(faces[:, 0], 2)
     graph = coo_array((np.ones(len(rows)), (rows, faces[:, 1:].ravel())), shape=(len(vertices),) * 2)

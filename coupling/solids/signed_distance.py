@@ -13,13 +13,11 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import njit
 
-Array = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Box = tuple[Array, Array]
 
 LEAF_SIZE = 6
@@ -36,10 +34,10 @@ class _Tree(NamedTuple):
 
     lower: Array
     upper: Array
-    left: Integers
-    right: Integers
-    start: Integers
-    size: Integers
+    left: Ints
+    right: Ints
+    start: Ints
+    size: Ints
     triangle: Array  # (F, 3, 3), in the order of leaves
     normal: Array  # (F, 7, 3): of the face, its corners and its edges
 
@@ -76,7 +74,7 @@ class SignedDistance:
         """Return whether there are several closed parts, which may overlap."""
         return len(self._trees) > 1
 
-    def holds(self, points: Array) -> npt.NDArray[np.bool_]:
+    def holds(self, points: Array) -> Flags:
         """Return which of the points (K, 3) [m] lie where `lattice` looks."""
         return np.asarray(((points >= self.lower) & (points <= self.upper)).all(axis=1))
 
@@ -147,7 +145,7 @@ class SignedDistance:
             edge *= 0.5
 
 
-def _solid_parts(mesh: trimesh.Trimesh, keep: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.int64]]:
+def _solid_parts(mesh: trimesh.Trimesh, keep: Flags) -> list[Ints]:
     """Indices among the kept faces of each closed part; all of them together if any part is open or a hollow."""
     everything = [np.arange(int(keep.sum()))]
     labels = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))

@@ -19,15 +19,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 
 from coupling.solids.closed_shells import Shell, UnitFrame, closed_shells
 from coupling.solids.shell_nesting import Nest, PlacedShell, nested_shells
 from coupling.solids.signed_distance import SignedDistance
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+from oilsim.backend.arrays import Array, Flags, Ints
 
 COARSE = 1e-3  # of a mesh's size: steps of 32-bit numbers at its place, from which it is told that they bend it
 
@@ -126,7 +123,7 @@ def _require_numbers(mesh: trimesh.Trimesh, what: str) -> None:
         raise ValueError(f"{what} has all its corners in one place, allowed: a closed surface")
 
 
-def _read(whole: trimesh.Trimesh, parts: Sequence[npt.NDArray[np.int64]]) -> SolidMesh:
+def _read(whole: trimesh.Trimesh, parts: Sequence[Ints]) -> SolidMesh:
     """Read the shells of all parts and nest them; errors and notes come without the mesh's name."""
     vertices = np.asarray(whole.vertices, dtype=np.float64)
     used = vertices[np.unique(np.concatenate(parts))]
@@ -172,7 +169,7 @@ def _is_sound(whole: trimesh.Trimesh, shells: Sequence[Shell], nest: Nest) -> bo
 
 def _joined(shells: Sequence[PlacedShell], vertices: Array, frame: UnitFrame) -> trimesh.Trimesh:
     """Join shells into one mesh, in the original place and unit, without shared corners; the mesh's own corners keep their coordinates."""
-    corners, faces, start = list[Array](), list[npt.NDArray[np.int64]](), 0
+    corners, faces, start = list[Array](), list[Ints](), 0
     for shell in shells:
         used, index = np.unique(shell.faces, return_inverse=True)
         own = vertices[used] if shell.is_original else frame.back(shell.vertices[used])

@@ -23,7 +23,6 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
@@ -36,10 +35,8 @@ from coupling.solids.surface_shape import surface_shape
 from coupling.solids.thin_parts import HELD, TIGHT, middle_plane, plate_normals, thinnest_plate
 from coupling.solids.voronoi_shells import STEP, Shells
 from oilsim import BoundaryParticles
+from oilsim.backend.arrays import Array, Flags
 from oilsim.core.phases import RIGHT_ANGLE
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 PITCH = 0.85  # mean distance of points in particle spacings: random choice leaves holes, which a lattice has not, and liquid sinks in
 RIDGE_PITCH = 0.9  # least distance of points along an edge, in pitches: what is left of its length is shared out
@@ -393,6 +390,3 @@ def _excess(solid: SignedDistance, swollen: _SwollenSolid, shells: Shells, spaci
     step = STEP * spacing
     share, inside = (np.clip(0.5 - phi / step, 0.0, 1.0) for phi in (shells.phi[near], solid.phi(shells.center[near])))
     return float((share - inside).sum()) * shells.cell_volume
-
-
-Integers = npt.NDArray[np.int64]

@@ -8,13 +8,12 @@ S is 0.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from oilsim.backend.arrays import Array, Ints
 from oilsim.boundaries.wall_curvature import entries, matrices
 
-Double = NDArray[np.float64]
-Ends = tuple[NDArray[np.int64], NDArray[np.int64]]
+Ends = tuple[Ints, Ints]
 
 # [d] from a point of a wall, within which its face's points make a plane; numerical; the nearest ones on all sides
 NEAR = 1.75
@@ -34,7 +33,7 @@ EDGE = 0.3
 RIDGE = 1e-9
 
 
-def surface_shape(position: Double, area: Double, spacing: float, dimension: int = 3) -> Double | None:
+def surface_shape(position: Array, area: Array, spacing: float, dimension: int = 3) -> Array | None:
     """Return normals [1] and shape operators [1/m] of wall points (M, 3) [m], (M, 9), as in `BoundaryParticles`; None for flat faces.
 
     Points with an area (M,) [m2] make up the face; others have the shape of the face point that is nearest to them. spacing: d [m].
@@ -62,7 +61,7 @@ def surface_shape(position: Double, area: Double, spacing: float, dimension: int
     return shapes
 
 
-def _shape_operators(sums: Double, frame: Double, unknowns: int) -> Double:
+def _shape_operators(sums: Array, frame: Array, unknowns: int) -> Array:
     """Return the shape operators (K, 6) [1/d] of the quadrics that fit the sums (K, 6, 8) of `quadric_sums`; 0 where none fits.
 
     unknowns: number of the coefficients that are not 0.
@@ -80,7 +79,7 @@ def _shape_operators(sums: Double, frame: Double, unknowns: int) -> Double:
     return np.where(curved[:, None], entries(frame.transpose(0, 2, 1) @ bend @ frame), 0.0)
 
 
-def _of_nearest(places: Double, face: Double, shapes: Double, spacing: float) -> Double:
+def _of_nearest(places: Array, face: Array, shapes: Array, spacing: float) -> Array:
     """Return the shapes (K, 9) at places (K, 3) [d], each of the nearest of the `face` points (F, 3) [d], bent as deep as the place is."""
     _, nearest = cKDTree(face).query(places, distance_upper_bound=FIT)
     found = np.concatenate([shapes, np.zeros((1, 9))])[nearest]  # the last row where none is near
@@ -91,14 +90,14 @@ def _of_nearest(places: Double, face: Double, shapes: Double, spacing: float) ->
     return found
 
 
-def pairs_within(points: Double, radius: float) -> Ends:
+def pairs_within(points: Array, radius: float) -> Ends:
     """Return the ends, (P,) each, of all pairs of points (K, 3) within a radius, in their unit: both ways, and each with itself."""
     one, other = cKDTree(points).query_pairs(radius, output_type="ndarray").T
     own = np.arange(len(points))
     return np.concatenate([own, one, other]), np.concatenate([own, other, one])
 
 
-def plane_moments(points: Double, pairs: Ends) -> Double:
+def plane_moments(points: Array, pairs: Ends) -> Array:
     """Return sums (K, 3, 3) of (x - m)(x - m)^T over the points (K, 3) that are paired with each, m being their mean, in their unit."""
     first, last = pairs
     away = points[last] - points[first]
@@ -106,7 +105,7 @@ def plane_moments(points: Double, pairs: Ends) -> Double:
     return _sums(first, away[:, :, None] * away[:, None]) - total[:, :, None] * total[:, None] / count[:, None, None]
 
 
-def quadric_sums(points: Double, pairs: Ends, frame: Double) -> Double:
+def quadric_sums(points: Array, pairs: Ends, frame: Array) -> Array:
     """Return sums (K, 6, 8) of p p^T, p h and, in the first row, h^2 over the points (K, 3) [d] paired with each whose normals agree.
 
     frame (K, 3, 3): normal and two tangents of each point [1]. With the tangential places a, b and the height h of a point, all over FIT:
@@ -123,7 +122,7 @@ def quadric_sums(points: Double, pairs: Ends, frame: Double) -> Double:
     return _sums(first, products)
 
 
-def _sums(owner: NDArray[np.int64], values: Double) -> Double:
+def _sums(owner: Ints, values: Array) -> Array:
     """Add up values (P, ...) by their owners (P,): (K, ...)."""
     flat = values.reshape(len(values), -1).T
     added = np.stack([np.bincount(owner, column).astype(np.float64) for column in flat], axis=1)

@@ -14,14 +14,11 @@ their side (`oilsim.boundaries.plate_guard`).
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from scipy.spatial import cKDTree
 
 from coupling.solids.signed_distance import SignedDistance
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+from oilsim.backend.arrays import Array, Flags
 
 TIGHT = 1.2  # spacings: plates from this thickness on let nothing through
 HELD = 1.3  # spacings: as which thinner plates of solids count that do not answer to the liquid; at 1.2 one particle of 1120 passed

@@ -14,12 +14,9 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-Array = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
+from oilsim.backend.arrays import Array, Flags, Ints
 
 STEP = 0.2  # lattice step of quadratures, in particle spacings
 INNER_REACH = 1.5  # spacings from an inner point beyond which a thin rest of shell 2 counts to the outer layer
@@ -71,7 +68,7 @@ class Shells:
         volumes: Array = np.bincount(owner, self._volume, len(points)).astype(np.float64)
         return points[:count], points[count:], volumes
 
-    def _owners(self, outer: Array, inner: Array) -> Integers:
+    def _owners(self, outer: Array, inner: Array) -> Ints:
         """Return the index, outer points first, of the point to which each part of a cell belongs: of shell 1, then of shell 2."""
         tree = cKDTree(outer)
         first = tree.query(self._near, workers=-1)[1]

@@ -13,16 +13,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from coupling.solids.hydrostatics import hydrostatics
-from coupling.testkit.readings import Array, BodyTrack, Readings, Track, readings_of
+from coupling.testkit.readings import BodyTrack, Readings, Track, readings_of
 from coupling.testkit.verdict import Context, require_at_most, require_near
-
-Double = NDArray[np.float64]
+from oilsim.backend.arrays import Array, Flags
 
 STARTS = (0.85, 0.92, 1.0, 1.08, 1.15)  # of the guessed period
 
@@ -47,7 +45,7 @@ class DampedCosine:
         """1 - exp(-rate T)."""
         return 1.0 - math.exp(-self.rate * self.period)
 
-    def at(self, time: ArrayLike) -> Double:
+    def at(self, time: ArrayLike) -> Array:
         """Return the fitted curve (n,), in the signal's unit [-], at `time` (n,) [s]."""
         t = np.asarray(time, np.float64)
         return self.offset + self.amplitude * np.exp(-self.rate * t) * np.cos(self.omega * t + self.phase)
@@ -60,7 +58,7 @@ def fit_damped_cosine(time: ArrayLike, signal: ArrayLike, period: float) -> Damp
     """
     t, y = np.asarray(time, np.float64), np.asarray(signal, np.float64)
 
-    def linear_part(parameters: Double) -> tuple[Double, Double]:
+    def linear_part(parameters: Array) -> tuple[Array, Array]:
         rate, omega = parameters
         decay = np.exp(-rate * t)
         basis = np.stack([decay * np.cos(omega * t), decay * np.sin(omega * t), np.ones_like(t)], axis=1)
@@ -259,7 +257,7 @@ def _oscillation(readings: Readings, body: str, of: Quantity, period: float, sin
     return fit_damped_cosine(track.time[chosen] - track.time[chosen][0], signal, period)
 
 
-def _after(time: Array, since: float) -> npt.NDArray[np.bool_]:
+def _after(time: Array, since: float) -> Flags:
     chosen = np.asarray(time >= since - 1e-9)
     if not (math.isfinite(since) and chosen.any()):
         last = time[-1] if len(time) else math.nan

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, Protocol, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
@@ -24,9 +23,8 @@ from coupling.testkit.body_checks import order_of_convergence
 from coupling.testkit.faults import ON_PURPOSE
 from coupling.testkit.readings import BodyTrack, History, Readings, readings_of
 from coupling.testkit.verdict import CheckFailed, Context, require_at_most, require_near
+from oilsim.backend.arrays import Array
 from recordings.files.checkpoint import state_hash
-
-Array = npt.NDArray[np.float64]
 
 
 def assert_converges(

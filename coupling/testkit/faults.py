@@ -17,13 +17,8 @@ import numpy as np
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.observer_dispatch import Observer
-from coupling.master.participant import (
-    Array,
-    Causality,
-    Participant,
-    Status,
-    StepResult,
-)
+from coupling.master.participant import Causality, Participant, Status, StepResult
+from oilsim.backend.arrays import Array
 from oilsim.fluid.checks import finite
 from recordings.files.writing import RecordingError
 from recordings.model.frame import Frame

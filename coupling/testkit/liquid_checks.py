@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from coupling.solids.signed_distance import SignedDistance
-from coupling.testkit.readings import Array, Live, Readings, Track, readings_of
+from coupling.testkit.readings import Live, Readings, Track, readings_of
 from coupling.testkit.verdict import Context, require_at_most, require_near
+from oilsim.backend.arrays import Array
 from oilsim.sea.regular_waves import wave_number
 
 Vector = tuple[float, float, float]
@@ -120,8 +120,6 @@ def _volume_within(readings: Readings, lower: Vector, upper: Vector, phase: str 
     inside = ((points >= np.array(lower)) & (points <= np.array(upper))).all(axis=1)
     return float(np.count_nonzero(inside)) * readings.run.particle_volume
 
-
-Double = NDArray[np.float64]
 
 MOST_ALIKE = (
     0.3  # of |sin k l|; Goda and Suzuki advise distances from 0.05 to 0.45 of a wave, whose sines are 0.31 and more

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -23,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from coupling.solids.hydrostatics import hydrostatics
 from coupling.testkit.verdict import Context
 from oilsim import Fluid
+from oilsim.backend.arrays import Array
 from recordings.model.entity_paths import scalar, scalar_name
 from recordings.model.frame import BodyFrame, Event, Frame, RunDescription
 
@@ -133,9 +133,6 @@ class History:
         if self._bytes > MOST_BYTES and len(self.frames) > 2:
             del self.frames[1:-1:2]
             self._bytes, self._interval = self._bytes // 2, 2.0 * self._interval
-
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ import trimesh
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.observer_dispatch import Observer
-from coupling.testkit.readings import Array, Basin, History, Live, Readings, history_readings
+from coupling.testkit.readings import Basin, History, Live, Readings, history_readings
 from oilsim import Fluid
+from oilsim.backend.arrays import Array
 from recordings.model.frame import BodyFrame, Frame, MeshDescription, PhaseDescription, PhaseFrame, RunDescription
 
 

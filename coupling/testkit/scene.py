@@ -17,7 +17,7 @@ from coupling.master.co_simulation import CoSimulation
 from coupling.master.connection import Connection
 from coupling.master.exchange_ledger import ExchangeLedger
 from coupling.master.observer_dispatch import CommunicationPoint, Watching
-from coupling.master.participant import Array, Participant
+from coupling.master.participant import Participant
 from coupling.multibody.prescribed_motion import AT_REST, STILL, UPRIGHT, PrescribedMotion, Quaternion, Twist, Vector
 from coupling.solids.bodies import MassProperties, mass_properties
 from coupling.solids.signed_distance import SignedDistance
@@ -28,6 +28,7 @@ from coupling.testkit.faults import FaultPlan
 from coupling.testkit.readings import Basin, placed, still_level
 from coupling.testkit.run import TestRun, body_frame, describe, phase_frames, turnover
 from oilsim import Fluid, FluidConfig, block, tank_walls
+from oilsim.backend.arrays import Array
 from oilsim.fluid.checks import finite
 from recordings.model.frame import Frame
 

@@ -12,8 +12,9 @@ from coupling.bullet.plugin import FluidWorld
 from coupling.bullet.pybullet_import import pybullet
 from coupling.bullet.shapes import link_mesh, link_pose
 from coupling.master.observer_dispatch import CommunicationPoint, Observer
-from coupling.testkit.readings import Array, Basin
+from coupling.testkit.readings import Basin
 from coupling.testkit.run import TestRun, describe, phase_frames
+from oilsim.backend.arrays import Array
 from recordings.model.frame import BodyFrame, Frame
 
 LinkKey = tuple[int, int]

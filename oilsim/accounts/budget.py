@@ -21,15 +21,13 @@ from numpy.typing import NDArray
 
 from oilsim.accounts.diagnostics import Energy
 from oilsim.accounts.ledger import CAUSES, Change, Compression, Ledger
+from oilsim.backend.arrays import Array, Real
 from oilsim.backend.jit import FAST
 from oilsim.backend.thread_team import BLOCK, Team, block_count
 from oilsim.boundaries.walls import Walls
 from oilsim.core.config import FluidConfig
 from oilsim.core.state import FluidState, places_of
 from oilsim.gradients.relaxation_time import squared_shear_rate
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 # Causes by stage: stages that change positions alone, stages that add, remove or swap particles (a step lies between them), and stages that
 # change velocities.
@@ -102,7 +100,7 @@ class Kick(NamedTuple):
     cause: str
     before: Real
     after: Real
-    impulse: Double
+    impulse: Array
 
 
 class Budget:
@@ -207,7 +205,7 @@ class Budget:
     def _add(self, cause: str, part: Change) -> None:
         self._parts[cause] = self._parts.get(cause, Change()) + part
 
-    def _keep(self, stage: str, impulse: Double) -> Change:
+    def _keep(self, stage: str, impulse: Array) -> Change:
         """Keep a stage's kick, and return the change that counts as the filter's: velocities in the split scheme's density stage."""
         after = self._state.velocity.copy()
         filters = self._filters and stage == "density"
@@ -218,7 +216,7 @@ class Budget:
         self._add("smoothing", filtered)
         return filtered
 
-    def _totals(self, velocity: Real | None = None) -> Double:
+    def _totals(self, velocity: Real | None = None) -> Array:
         """Return the sums of `sum_totals` over all particles (8,), with their own velocities or others (3, N) [m/s]."""
         state = self._state
         sums = np.zeros((block_count(state.count), 8))
@@ -257,14 +255,14 @@ class Budget:
         self._first = self._first[:, order]
         self._kicks = [kick._replace(before=kick.before[:, order], after=kick.after[:, order]) for kick in self._kicks]
 
-    def _impulses(self) -> Double:
+    def _impulses(self) -> Array:
         """Return the impulses (bodies, 6) [N s, N m s] about the bodies' centres of mass since the advance began."""
         return np.array([body.impulse for body in self._walls.moving.values()], np.float64).reshape(-1, 6)
 
-    def _twists(self) -> Double:
+    def _twists(self) -> Array:
         return self._walls.twists()
 
-    def _about_origin(self, impulse: Double) -> Double:
+    def _about_origin(self, impulse: Array) -> Array:
         """Return the sum (6,) over the bodies of impulses (bodies, 6) [N s, N m s], their moments taken about the origin."""
         result = impulse.sum(axis=0)
         for body, received in zip(self._walls.moving.values(), impulse, strict=True):

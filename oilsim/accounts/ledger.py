@@ -31,11 +31,9 @@ from operator import add
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oilsim.accounts.diagnostics import Energy
-
-Double = NDArray[np.float64]
+from oilsim.backend.arrays import Array
 
 CAUSES = (
     "emitters", "gravity", "periodic", "positions", "smoothing", "forcing", "adhesion", "tension", "viscosity", "pressure",
@@ -45,7 +43,7 @@ CAUSES = (
 TOUCHING = ("adhesion", "tension", "viscosity", "pressure", "contact")
 
 
-def _nothing() -> Double:
+def _nothing() -> Array:
     return np.zeros(6)
 
 
@@ -62,8 +60,8 @@ class Change:
     kinetic: float = 0.0
     potential: float = 0.0
     work_on_bodies: float = 0.0
-    momentum: Double = field(default_factory=_nothing)
-    impulse_on_bodies: Double = field(default_factory=_nothing)
+    momentum: Array = field(default_factory=_nothing)
+    impulse_on_bodies: Array = field(default_factory=_nothing)
 
     @property
     def energy(self) -> float:
@@ -103,7 +101,7 @@ class Ledger:
 
     duration: float
     energy: Energy
-    momentum: Double
+    momentum: Array
     change: Change
     parts: Mapping[str, Change]
     strain: float
@@ -142,7 +140,7 @@ class Ledger:
         return -self.part("gravity").potential
 
     @property
-    def wall_impulse(self) -> Double:
+    def wall_impulse(self) -> Array:
         """Return the impulse of walls at rest on the liquid (6,) [N s, N m s]: its change by TOUCHING that bodies did not cause.
 
         In the paper's scheme the walls' part in the density constraint is missing; it counts as a change by positions.

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from oilsim.core.phases import Wetting
 from oilsim.core.quantity import quantity_of, require
-from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
+from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, normalisation
 
 SIDES = ("-x", "+x", "-y", "+y", "-z", "+z")
 # [1] layers of wall particles; theory; they fill the support of 2.75 spacings
@@ -92,26 +92,6 @@ class BoundaryParticles:
             normal=None if self.normal is None else self.normal[chosen],
             curvature=None if self.curvature is None else self.curvature[chosen],
         )
-
-
-@lru_cache
-def lattice_wall_factor(dimension: int) -> float:
-    """Return c [1]: lattice sum over integral of the kernel beyond a plane half a spacing away."""
-    points = lattice(1.0, dimension)
-    return _kernel_sum(points[points[:, 2] < -0.5], dimension) / half_space_integral(0.5, dimension)
-
-
-def _kernel_sum(points: NDArray[np.float64], dimension: int) -> float:
-    sigma = normalisation(1.0, dimension)
-    return float(kernel(np.linalg.norm(points, axis=1) / SUPPORT, sigma).sum())
-
-
-@lru_cache
-def half_space_integral(distance: float, dimension: int) -> float:
-    """Return the integral of the kernel (spacing 1) beyond a plane `distance` [d] away [1]."""
-    step = 1.0 / 16.0
-    points = lattice(step, dimension) + np.array([0.5, 0.5 if dimension == 3 else 0.0, 0.5]) * step
-    return _kernel_sum(points[points[:, 2] < -distance], dimension) * step**dimension
 
 
 @lru_cache

@@ -22,16 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Real
 from oilsim.backend.jit import ALLOCATING, FAST, inlined
 from oilsim.boundaries.contacts import BodyPairs, Contacts, add_wrench
 from oilsim.boundaries.walls import Walls
 from oilsim.neighborhood.neighbor_search import Neighborhood, nearest_images
 from oilsim.neighborhood.smoothing_kernels import kernel_slope_over_q
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 # [1] columns of a rim, the sums over its particles; layout; the first column counts them
 PRESSURE, DENSITY, PLACE = 1, 2, 3
@@ -63,9 +60,9 @@ class Films(NamedTuple):
     slope  (M - R, 3) float64, sum of V grad W_bi H^2 over the liquid, of every moving wall particle [m]
     """
 
-    held: NDArray[np.bool_]
-    rims: Double
-    slope: Double
+    held: Flags
+    rims: Array
+    slope: Array
 
 
 @njit(**FAST)
@@ -198,7 +195,7 @@ def press_films(chosen, near, wall, films, gravity, scale, neighborhood, wrench)
 def film_wrenches(
     walls: Walls, neighborhood: Neighborhood, contacts: Contacts, pairs: BodyPairs, liquid: RimLiquid,
     gravity: tuple[np.float32, ...], moment: np.float32,
-) -> Double:  # fmt: skip
+) -> Array:  # fmt: skip
     """Return the wrenches (bodies, 6) [N, N m] of all films on the moving bodies.
 
     contacts and pairs are the step's; gravity (x, y, z) [m/s2]; moment: the lattice's m_0 [1].

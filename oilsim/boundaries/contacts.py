@@ -16,12 +16,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Index, Ints, Real
 from oilsim.backend.jit import FAST, inlined
 from oilsim.boundaries.walls import WallParticles
 from oilsim.neighborhood.neighbor_search import Pairs, indices
-
-Real = NDArray[np.float32]
-Index = NDArray[np.uint32]
 
 
 class BodyPairs(NamedTuple):
@@ -35,7 +33,7 @@ class BodyPairs(NamedTuple):
     """
 
     particle: Index
-    pair: NDArray[np.int64]
+    pair: Ints
     point: Index
     body: NDArray[np.uint16]
     arm: Real

@@ -22,13 +22,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Real
 from oilsim.backend.jit import FAST, ONE, ZERO
 from oilsim.boundaries.contacts import BodyPairs
 from oilsim.boundaries.walls import Walls
 from oilsim.neighborhood.neighbor_search import nearest_images
 
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 Period = tuple[np.float32, np.float32, np.float32] | None
 
 # [d] from the middle plane to the face of the thinnest plate that particles meet; theory; half a particle
@@ -162,13 +161,13 @@ class PlateGuard:
             mass = float(self._spacing) ** self._dimension * density[stopped].astype(np.float64)
             self._walls.receive(self._impulses(points, hit, -mass / time_step * pushed[:, hit]))
 
-    def _impulses(self, points: Real, hit: NDArray[np.integer], lost: Double) -> Double:
+    def _impulses(self, points: Real, hit: NDArray[np.integer], lost: Array) -> Array:
         """Return the impulses (bodies, 6) [N s, N m s] of the momenta `lost` (3, K) [kg m/s] to the pairs `hit` (K,)."""
         pairs, arm, impulses = self._pairs, self._arms(points, hit), self._walls.zero_forces()
         np.add.at(impulses, pairs.body[hit], np.hstack([lost.T, np.cross(arm, lost.T)]))
         return impulses
 
-    def _ways_of_bodies(self, points: Real, moved: Real, time_step: float) -> Double:
+    def _ways_of_bodies(self, points: Real, moved: Real, time_step: float) -> Array:
         """Return the ways (3, P) [m] of bodies at the particles of all pairs, which move by `moved` (3, N) [m] from `points` (N, 4) [m].
 
         A body that turns by w dt turns its plates, too. A particle's way less this one is what the body sees of it, to second order in dt.
@@ -181,7 +180,7 @@ class PlateGuard:
         turned = time_step * np.cross(twist[:, 3:], arm + moved[:, pairs.particle].T - drift)
         return np.asarray((drift + turned - 0.5 * time_step * np.cross(twist[:, 3:], turned)).T)
 
-    def _arms(self, points: Real, chosen: NDArray[np.integer]) -> Double:
+    def _arms(self, points: Real, chosen: NDArray[np.integer]) -> Array:
         """Return the places (K, 3) [m] of the particles of the `chosen` pairs (K,) from the centres of mass of their bodies."""
         pairs = self._pairs
         way = (points[pairs.particle[chosen], :3] - self._walls.points[pairs.point[chosen], :3]).astype(np.float64)

@@ -22,14 +22,11 @@ from collections.abc import Iterable
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Index, Real
 from oilsim.backend.jit import FAST, HALF, ONE, ZERO
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.neighborhood.neighbor_search import nearest_images
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 # [1] least divisor; numerical; particles are never so far inside a bend that is resolved
 LEAST = np.float32(0.25)
@@ -85,12 +82,10 @@ class WallCurvature:
 
     def __init__(self) -> None:
         """Start without walls."""
-        self._local: Double = np.empty((0, 9))  # of moving bodies, in their own frames
+        self._local: Array = np.empty((0, 9))  # of moving bodies, in their own frames
         self.rows: Real | None = None
 
-    def arrange(
-        self, resting: Iterable[BoundaryParticles], moving: Iterable[BoundaryParticles], order: NDArray[np.uint32]
-    ) -> None:
+    def arrange(self, resting: Iterable[BoundaryParticles], moving: Iterable[BoundaryParticles], order: Index) -> None:
         """Lay out the shapes of the boundaries at rest, whose points lie in `order`, and of those that move."""
         still, self._local = (
             np.concatenate([np.empty((0, 9)), *(_shape_of(each) for each in group)]) for group in (resting, moving)
@@ -98,7 +93,7 @@ class WallCurvature:
         rows = np.concatenate([still[order], self._local])
         self.rows = rows.astype(np.float32) if rows[:, 3:].any() else None
 
-    def turn(self, turn: Double) -> None:
+    def turn(self, turn: Array) -> None:
         """Turn the shapes of moving bodies by the matrices `turn` (K, 3, 3) [1] of their points."""
         if self.rows is not None and self._local[:, 3:].any():
             matrix = matrices(self._local[:, 3:])
@@ -107,16 +102,16 @@ class WallCurvature:
             moving[:, 3:] = entries(turn @ matrix @ turn.transpose(0, 2, 1))
 
 
-def _shape_of(boundary: BoundaryParticles) -> Double:
+def _shape_of(boundary: BoundaryParticles) -> Array:
     """Return the shape (M, 9) of a boundary, 0 where it says that it is flat."""
     return np.zeros((len(boundary.position), 9)) if boundary.curvature is None else boundary.curvature
 
 
-def matrices(six: Double) -> Double:
+def matrices(six: Array) -> Array:
     """Return symmetric matrices (K, 3, 3) of their entries (K, 6), in their unit: xx, xy, xz, yy, yz, zz."""
     return six[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
 
 
-def entries(matrix: Double) -> Double:
+def entries(matrix: Array) -> Array:
     """Return the entries (K, 6) of symmetric matrices (K, 3, 3), in their unit: xx, xy, xz, yy, yz, zz."""
     return matrix.reshape(-1, 9)[:, [0, 1, 2, 4, 5, 8]]

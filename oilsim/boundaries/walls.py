@@ -14,13 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from oilsim.backend.arrays import Array, Flags, Index, Ints, Real
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.wall_curvature import WallCurvature
 from oilsim.neighborhood.neighbor_search import CellOrder, NeighborSearch, Pairs, Sorted
 
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
-Index = NDArray[np.uint32]
 Period = tuple[float, float, float] | None
 
 
@@ -43,7 +41,7 @@ class WallParticles(NamedTuple):
     arm: Real
 
 
-def rotation_matrix(orientation: ArrayLike) -> Double:
+def rotation_matrix(orientation: ArrayLike) -> Array:
     """Return the rotation matrices, (3, 3) or (n, 3, 3) [1], of quaternions x, y, z, w, (4,) or (n, 4), of any length but 0."""
     quaternion = np.asarray(orientation, np.float64)
     unit = quaternion / np.sqrt((quaternion * quaternion).sum(axis=-1, keepdims=True))
@@ -55,7 +53,7 @@ def rotation_matrix(orientation: ArrayLike) -> Double:
     return matrix
 
 
-def rotated(orientation: Double, turn: Double) -> Double:
+def rotated(orientation: Array, turn: Array) -> Array:
     """Return quaternions (B, 4) after rotation by the vectors `turn` (B, 3) [rad] in the world frame."""
     half = 0.5 * np.linalg.norm(turn, axis=1)
     ax, ay, az = 0.5 * np.sinc(half / np.pi) * turn.T
@@ -85,12 +83,12 @@ class MovingBody:
     impulse (6,)            impulse and its moment about the centre of mass since the advance began [N s, N m s]
     """
 
-    position: Double
-    orientation: Double
-    twist: Double
-    inverse_mass: Double
-    free_acceleration: Double
-    impulse: Double = field(default_factory=lambda: np.zeros(6))
+    position: Array
+    orientation: Array
+    twist: Array
+    inverse_mass: Array
+    free_acceleration: Array
+    impulse: Array = field(default_factory=lambda: np.zeros(6))
 
 
 class Walls:
@@ -103,7 +101,7 @@ class Walls:
         self.moving: dict[int, MovingBody] = {}
         self._reach: dict[int, float] = {}  # [m] of a boundary's furthest point from its own origin
         self._next = 0
-        self._tied: Double | None = None
+        self._tied: Array | None = None
         self._stale = True
         self._grid = search.grid  # in whose cells those at rest lie
         self.position: Real = np.empty((3, 0), np.float32)
@@ -154,7 +152,7 @@ class Walls:
             str(handle): {name: np.copy(v) for name, v in vars(body).items()} for handle, body in self.moving.items()
         }
 
-    def restore_motions(self, saved: Mapping[str, Mapping[str, Any]], tied: Double | None) -> None:
+    def restore_motions(self, saved: Mapping[str, Mapping[str, Any]], tied: Array | None) -> None:
         """Let those bodies move that `save_motions` returned, in their order, and bring all others back to rest.
 
         tied (6 n, 6 n) [1/kg, 1/(kg m2)]: how they respond together; None where each responds by itself.
@@ -190,7 +188,7 @@ class Walls:
         """Return a copy of the positions (3, M - R) [m] of all moving wall particles."""
         return self.position[:, self.resting :].copy()
 
-    def twists(self) -> Double:
+    def twists(self) -> Array:
         """Return the twists (bodies, 6) [m/s, rad/s] of the moving bodies."""
         return np.array([body.twist for body in self.moving.values()]).reshape(-1, 6)
 
@@ -242,7 +240,7 @@ class Walls:
         self.position[:, self.resting :] = self._wrapped(arm + centre)
         self.points[self.resting :, :3] = self.position[:, self.resting :].T
 
-    def point_velocities(self, twists: Double) -> Real:
+    def point_velocities(self, twists: Array) -> Real:
         """Return the velocities (3, M) [m/s] of all wall particles where the moving bodies have `twists` (bodies, 6) [m/s, rad/s]."""
         velocity = np.zeros_like(self.position)
         twist = twists[self.owner]
@@ -259,7 +257,7 @@ class Walls:
         order, start = self._search.order_by_cell(moving)
         return self._search.surroundings(moving, self._near_resting), CellOrder(order + np.uint32(self.resting), start)
 
-    def near_moving(self, chosen: NDArray[np.integer], held: NDArray[np.bool_]) -> Pairs:
+    def near_moving(self, chosen: NDArray[np.integer], held: Flags) -> Pairs:
         """List all wall particles within reach of the `chosen` (K,) of the moving ones, themselves included.
 
         held (bodies,): bodies that no impulse moves; a particle far from them and from walls at rest gets an empty list.
@@ -272,7 +270,7 @@ class Walls:
         points = np.ascontiguousarray(moving[:, chosen])
         return self._search.list_neighbors("films", points, Sorted(self.position, self.cell_start), near, by_cell)
 
-    def held(self) -> NDArray[np.bool_]:
+    def held(self) -> Flags:
         """Return which of the moving bodies (bodies,) no impulse moves, because they are fixed or their motion is prescribed."""
         count = len(self.moving)
         return np.logical_not(self.inverse_mass().reshape(count, 6, -1).any(axis=(1, 2)))
@@ -286,7 +284,7 @@ class Walls:
             points = points @ rotation_matrix(body.orientation).T + body.position
         return points.astype(np.float32)
 
-    def rest_is_touched(self, walls: Pairs, by_body: NDArray[np.bool_], touching: NDArray[np.uint32]) -> bool:
+    def rest_is_touched(self, walls: Pairs, by_body: Flags, touching: Index) -> bool:
         """Return whether a fluid particle has a wall particle at rest within reach.
 
         walls: lists of wall neighbours; touching (T,): particles with a moving one within reach, which by_body (N,) marks.
@@ -297,11 +295,11 @@ class Walls:
         # lists name those at rest first
         return bool(alone.any() or (walls.neighbor[walls.start[touching]] < self.resting).any())
 
-    def zero_forces(self) -> Double:
+    def zero_forces(self) -> Array:
         """Return wrenches (bodies, 6) [N, N m] of 0 in the order of the moving bodies."""
         return np.zeros((len(self.moving), 6))
 
-    def turns(self) -> tuple[Double, NDArray[np.int64]]:
+    def turns(self) -> tuple[Array, Ints]:
         """Return the twists (T, 6) [m, 1] that leave moving surfaces where they are, world frame, and the numbers (T,) of their bodies."""
         twists, owner = [np.empty((0, 6))], []
         for n, (handle, body) in enumerate(self.moving.items()):
@@ -311,12 +309,12 @@ class Walls:
                 owner += [n] * len(own)
         return np.concatenate(twists), np.array(owner, np.int64)
 
-    def displaced(self) -> tuple[Double, Double, NDArray[np.int64]]:
+    def displaced(self) -> tuple[Array, Array, Ints]:
         """Return arms (K, 3) [m] and volumes (K,) [m3] that make up the moving bodies, and the number (K,) of each one's body."""
         turn = rotation_matrix([body.orientation for body in self.moving.values()])[self._whole_owner]
         return np.einsum("kij,kj->ki", turn, self._whole[:, :3]), self._whole[:, 3], self._whole_owner
 
-    def receive(self, impulses: Double) -> None:
+    def receive(self, impulses: Array) -> None:
         """Give impulses (bodies, 6) [N s, N m s] to the moving bodies, and change their twists by M^-1 P."""
         if not self.moving:
             return
@@ -325,7 +323,7 @@ class Walls:
             body.impulse = body.impulse + impulse
             body.twist = body.twist + change
 
-    def tie(self, handles: Sequence[int], inverse_mass: Double) -> None:
+    def tie(self, handles: Sequence[int], inverse_mass: Array) -> None:
         """Let the moving bodies respond together, by `inverse_mass` (6 n, 6 n) [1/kg, 1/(kg m2)] in the order of `handles`."""
         place = {handle: n for n, handle in enumerate(handles)}
         rows = [place[handle] for handle in self.moving]
@@ -334,11 +332,11 @@ class Walls:
         self._tied = inverse_mass if whole else inverse_mass[np.ix_(axes, axes)]
 
     @property
-    def tied(self) -> Double | None:
+    def tied(self) -> Array | None:
         """Return the inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] that `tie` gave the moving bodies, in their order; None without."""
         return None if self._tied is None else self._tied.copy()
 
-    def inverse_mass(self) -> Double:
+    def inverse_mass(self) -> Array:
         """Return the inverse mass (6 n, 6 n) of all n moving bodies, twists by impulses [1/kg, 1/(kg m2)]."""
         if self._tied is not None:
             return self._tied

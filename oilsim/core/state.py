@@ -11,10 +11,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Index, Ints, Real
 from oilsim.backend.jit import FAST
 from oilsim.backend.thread_team import Team
-
-Real = NDArray[np.float32]
 
 
 class Confinement(IntEnum):
@@ -45,7 +44,7 @@ def take(begin, end, chosen, before, after):
         after[3][n], after[4][n], after[5][n] = before[3][i], before[4][i], before[5][i]
 
 
-def places_of(ids: NDArray[np.integer], among: NDArray[np.integer]) -> NDArray[np.int64]:
+def places_of(ids: NDArray[np.integer], among: NDArray[np.integer]) -> Ints:
     """Return where each of `ids`, of any shape, stands in `among` (N,), which has all of them, each once."""
     sorter = np.argsort(among, kind="stable")
     return sorter[np.searchsorted(among, ids, sorter=sorter)]
@@ -70,13 +69,13 @@ class FluidState:
     velocity: Real = field(default_factory=_rows)
     shift: Real = field(default_factory=_rows)
     phase: NDArray[np.uint8] = field(default_factory=lambda: np.empty(0, np.uint8))
-    id: NDArray[np.uint32] = field(default_factory=lambda: np.empty(0, np.uint32))
+    id: Index = field(default_factory=lambda: np.empty(0, np.uint32))
     pressure_impulse: Real = field(default_factory=_row)
     next_id: int = 0
     time_step: float = 0.0
     step: float = 0.0
     time_left: float = 0.0
-    viscous_time: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    viscous_time: Array = field(default_factory=lambda: np.zeros(0))
     asleep: int = 0
     bordering: int = 0
     confinement: Confinement = Confinement.OPEN
@@ -119,7 +118,7 @@ class FluidState:
         team.run(take, chosen.size, chosen, before, tuple(after))
         self.position, self.velocity, self.shift, self.phase, self.id, self.pressure_impulse = after
 
-    def swap(self, first: NDArray[np.int64], second: NDArray[np.int64], mass: NDArray[np.float64]) -> None:
+    def swap(self, first: Ints, second: Ints, mass: Array) -> None:
         """Let the particles of the indices `first` and `second` (n,), all different, change places; mass (phases,) of a particle [kg].
 
         A place keeps its velocity but for a change that both places of a pair share, dv = (m - M) / (m + M) (v - V). So the pair's
@@ -132,7 +131,7 @@ class FluidState:
         for values in (self.phase, self.id):
             values[first], values[second] = values[second], values[first].copy()
 
-    def remove(self, leaving: NDArray[np.bool_], team: Team) -> bool:
+    def remove(self, leaving: Flags, team: Team) -> bool:
         """Take out the particles `leaving` (N,); whether one of those that sleep was among them."""
         asleep, bordering = (int(np.count_nonzero(leaving[self.awake : end])) for end in (self.count, self.listed))
         self.asleep, self.bordering = self.asleep - asleep, self.bordering - bordering

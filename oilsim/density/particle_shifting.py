@@ -46,8 +46,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Real
 from oilsim.backend.jit import FAST, HALF, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, above_zero, below, gather, gather_four, load, only, root, spread, summed
 from oilsim.backend.thread_team import BLOCK
@@ -55,8 +55,6 @@ from oilsim.gradients.particle_sums import coverage_and_slope
 from oilsim.gradients.relaxation_time import GRADIENT, LIQUID, STRENGTH, WEIGHT, velocity_gradient
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice
-
-Real = NDArray[np.float32]
 
 # [1] omega, share of the density error that a pass repairs; tuned; not on record
 OMEGA = 0.2

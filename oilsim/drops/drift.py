@@ -34,8 +34,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Index, Ints, Real
 from oilsim.backend.jit import EXACT, FAST, ONE, ZERO, exactly_inlined, inlined
 from oilsim.backend.simd import LANES, above_zero, below, gather, load, only, positive, spread, summed
 from oilsim.core.phases import Phase
@@ -89,7 +89,6 @@ def hindered_exponent(reynolds: float) -> float:
     return max(4.45 * reynolds**-0.1, 2.39)
 
 
-Real = NDArray[np.float32]
 # [d] within which particles of a liquid are one drop; numerical; between the third and the fourth shell of a lattice
 CLOSE = 1.6
 # [d] beyond which like particles are other drops; numerical; clusters of 27 end there
@@ -277,7 +276,7 @@ def choose_partners(begin, end, chosen, shares, neighborhood, liquid, velocity, 
             partner[n] = j if draw(identity[i], number) * length < missing * time_step else WAITS
 
 
-def pairs_of(chosen: NDArray[np.uint32], partner: NDArray[np.int64], identity: NDArray[np.uint32]) -> NDArray[np.int64]:
+def pairs_of(chosen: Index, partner: Ints, identity: Index) -> Ints:
     """Return the pairs (2, n) of indices that change places: of particles that are in several pairs, that with the lowest id first."""
     drawn = np.flatnonzero(partner >= 0)
     first, second = chosen[drawn].astype(np.int64), partner[drawn]

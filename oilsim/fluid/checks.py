@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from oilsim.backend.arrays import Array, Index, Ints, Real
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
 from oilsim.core.config import FluidConfig
 from oilsim.fluid.emitter import PipeEmitter
-
-Double = NDArray[np.float64]
 
 # [1] share of an inverse mass's largest entry by which it may differ from its transpose; numerical; not on record
 SKEW = 1e-6
@@ -23,7 +22,7 @@ FLAT = 1e-6
 ACROSS = [1, 3, 5]
 
 
-def finite(what: str, values: ArrayLike, *shape: int | None) -> Double:
+def finite(what: str, values: ArrayLike, *shape: int | None) -> Array:
     """Return the values as float64, in their unit; ValueError unless all are finite and the array has this shape.
 
     shape: as (None, 3) for (N, 3); None stands for any length. `what` names the values in the message.
@@ -39,7 +38,7 @@ def finite(what: str, values: ArrayLike, *shape: int | None) -> Double:
     return array
 
 
-def particles(config: FluidConfig, phase: str, position: ArrayLike, velocity: ArrayLike) -> tuple[Double, Double]:
+def particles(config: FluidConfig, phase: str, position: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array]:
     """Return the positions and velocities (N, 3) [m, m/s] of new particles; ValueError outside the domain, or off its plane.
 
     velocity: (N, 3), or (3,) for all of them.
@@ -59,7 +58,7 @@ def particles(config: FluidConfig, phase: str, position: ArrayLike, velocity: Ar
     return points, speeds
 
 
-def places_of_their_own(config: FluidConfig, phase: str, points: Double, others: NDArray[np.float32]) -> None:
+def places_of_their_own(config: FluidConfig, phase: str, points: Array, others: Real) -> None:
     """Raise ValueError where a new particle of `points` (N, 3) [m] lies exactly where another lies, new or of `others` (3, M) [m].
 
     Pair forces of two such particles vanish, so they would never part.
@@ -79,7 +78,7 @@ def places_of_their_own(config: FluidConfig, phase: str, points: Double, others:
         )
 
 
-def _off_seams(config: FluidConfig, places: NDArray[np.float32]) -> NDArray[np.float32]:
+def _off_seams(config: FluidConfig, places: Real) -> Real:
     """Return places (3, N) [m], those at the upper end of an axis that repeats moved to its lower end, which is the same place."""
     if not any(config.periodic):
         return places
@@ -90,7 +89,7 @@ def _off_seams(config: FluidConfig, places: NDArray[np.float32]) -> NDArray[np.f
     return np.stack(ends)
 
 
-def pairs_of_ids(first: ArrayLike, second: ArrayLike, present: NDArray[np.uint32]) -> NDArray[np.int64]:
+def pairs_of_ids(first: ArrayLike, second: ArrayLike, present: Index) -> Ints:
     """Return the ids of pairs (2, n); ValueError for unequal rows, ids that are not `present` (N,), and an id that occurs twice."""
     rows = [np.asarray(first, np.int64).ravel(), np.asarray(second, np.int64).ravel()]
     if rows[0].size != rows[1].size:
@@ -98,7 +97,7 @@ def pairs_of_ids(first: ArrayLike, second: ArrayLike, present: NDArray[np.uint32
     return known_ids(np.stack(rows), present)
 
 
-def known_ids(ids: ArrayLike, present: NDArray[np.uint32]) -> NDArray[np.int64]:
+def known_ids(ids: ArrayLike, present: Index) -> Ints:
     """Return ids of any shape as integers; ValueError for ids that are not `present` (N,), and for one that occurs twice."""
     given = np.asarray(ids, np.int64)
     missing = given[~np.isin(given, present)]
@@ -109,7 +108,7 @@ def known_ids(ids: ArrayLike, present: NDArray[np.uint32]) -> NDArray[np.int64]:
     return given
 
 
-def velocities(config: FluidConfig, velocity: ArrayLike, count: int) -> Double:
+def velocities(config: FluidConfig, velocity: ArrayLike, count: int) -> Array:
     """Return velocities (3, count) [m/s] of all particles; ValueError for another shape, numbers not finite, and off the plane."""
     given = finite("velocity", velocity, 3, count)
     if config.dimension == 2 and given[1].any():
@@ -143,7 +142,7 @@ def motion(config: FluidConfig, handle: int, boundaries: Mapping[int, object], b
         )
 
 
-def ties(handles: Sequence[int], inverse_mass: Double, moving: Sequence[int]) -> None:
+def ties(handles: Sequence[int], inverse_mass: Array, moving: Sequence[int]) -> None:
     """Raise ValueError for an inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] that the moving boundaries cannot have.
 
     `handles` must be all the `moving` ones in any order, the numbers finite, the diagonal not negative, and the matrix symmetric.
@@ -157,7 +156,7 @@ def ties(handles: Sequence[int], inverse_mass: Double, moving: Sequence[int]) ->
     _inverse_mass(f"inverse mass of boundaries {list(handles)}", inverse_mass)
 
 
-def _inverse_mass(what: str, inverse_mass: Double) -> None:
+def _inverse_mass(what: str, inverse_mass: Array) -> None:
     """Raise ValueError for an inverse mass (6 n, 6 n) [1/kg, 1/(kg m2)] that is negative on its diagonal, or not symmetric."""
     if (inverse_mass.diagonal() < 0.0).any():
         lowest = float(inverse_mass.diagonal().min())
@@ -211,7 +210,7 @@ def pipe(config: FluidConfig, emitter: PipeEmitter) -> None:
     _require_inside(config, f"particles of the pipe at {emitter.mouth.tolist()} m", emitter.entrance)
 
 
-def _require_inside(config: FluidConfig, whose: str, points: Double) -> None:
+def _require_inside(config: FluidConfig, whose: str, points: Array) -> None:
     inside = ((points >= config.lower) & (points <= config.upper)).all(axis=1)
     if not inside.all():
         raise ValueError(

@@ -8,12 +8,11 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Index, Real
 from oilsim.core.initial_conditions import cylinder
 from oilsim.core.quantity import SHORTEST_DIRECTION, LimitedAttributes, Quantity, require
 
-Real = NDArray[np.float32]
 Vector = tuple[float, float, float]
 
 # [d] way before the mouth over which the jet is held at its speed; tuned; not on record
@@ -74,7 +73,7 @@ class PipeEmitter(LimitedAttributes):
         poured = self.particles_left == 0 and self._travelled > HOLD * self.spacing
         return time >= self.start and self.speed > 0.0 and not poured
 
-    def emit(self, time: float, time_step: float) -> NDArray[np.float64]:
+    def emit(self, time: float, time_step: float) -> Array:
         """Return the positions (n, 3) [m] of the particles that have entered by `time` [s]; the jet goes on for `time_step` [s] then.
 
         They are where the jet has brought them by then, so that layers lie a spacing apart whatever the steps are.
@@ -93,21 +92,21 @@ class PipeEmitter(LimitedAttributes):
         return np.concatenate(layers) if layers else np.empty((0, 3))
 
     @property
-    def entrance(self) -> NDArray[np.float64]:
+    def entrance(self) -> Array:
         """Positions (n, 3) [m] of a layer that enters, and of one at the mouth: between them the pipe needs room."""
         layer = self.mouth + self._layer
         return np.concatenate([layer, layer + HOLD * self.spacing * self.direction])
 
     @property
-    def velocity(self) -> NDArray[np.float64]:
+    def velocity(self) -> Array:
         """Velocity of the jet (3,) [m/s]."""
         return self.speed * self.direction
 
-    def fill(self, ids: NDArray[np.uint32]) -> None:
+    def fill(self, ids: Index) -> None:
         """Add the particles of `ids` (n,), which have entered, to those held inside the pipe."""
         self._inside = np.concatenate([self._inside, ids])
 
-    def hold(self, time: float, ids: NDArray[np.uint32], position: Real, velocity: Real) -> None:
+    def hold(self, time: float, ids: Index, position: Real, velocity: Real) -> None:
         """Set the velocities of the particles that have entered a running pipe and are still inside to the jet's, in place.
 
         ids (N,), position (3, N) [m], velocity (3, N) [m/s]: all particles of the fluid, at `time` [s].

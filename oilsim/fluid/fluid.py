@@ -8,10 +8,11 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from oilsim.accounts import diagnostics
 from oilsim.accounts.budget import Budget
+from oilsim.backend.arrays import Array, Flags, Index, Ints
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
@@ -28,9 +29,6 @@ from oilsim.forcing import Forcing, ForcingView
 from oilsim.stages.explicit import apply_forcings
 from oilsim.step.arrays import StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 
 class FluidError(RuntimeError):
@@ -73,7 +71,7 @@ class Fluid(FluidView):
         checks.places_of_their_own(self.config, phase, points, self.state.position)
         self._insert(points, speeds, index)
 
-    def _insert(self, points: Double, velocity: Double, phase: int) -> None:
+    def _insert(self, points: Array, velocity: Array, phase: int) -> None:
         self.state.append(points, velocity, phase)
         if self.context.regions is not None:
             self.context.regions.wake(points.T.astype(np.float32))
@@ -88,7 +86,7 @@ class Fluid(FluidView):
         self.state.velocity[:] = given[:, self._finished()]
         self._disturbed()
 
-    def remove_particles(self, chosen: NDArray[np.bool_]) -> None:
+    def remove_particles(self, chosen: Flags) -> None:
         """Take out the particles that are True in `chosen` (N,), in the order of `particles` before the call, which finishes the step.
 
         ValueError for another shape or type.
@@ -100,7 +98,7 @@ class Fluid(FluidView):
             self.context.lists.forget()
         self._disturbed()
 
-    def _finished(self) -> NDArray[np.int64]:
+    def _finished(self) -> Ints:
         """Finish the step, which may sort particles and take some out; return where those that are left (N,) were before."""
         before = self.state.id
         self.finish_step()
@@ -120,7 +118,7 @@ class Fluid(FluidView):
             mass = self.config.rest_volume * np.array([phase.rest_density for phase in self.config.phases])
             self.state.swap(rows[0], rows[1], mass)
 
-    def change_phase(self, ids: ArrayLike, phase: str) -> NDArray[np.uint32]:
+    def change_phase(self, ids: ArrayLike, phase: str) -> Index:
         """Let particles become another liquid where they are, at the velocity they have; return their new ids (n,).
 
         Volumes stay; masses change, which accounts of energy and momentum book as "swaps". An id never changes its phase. It finishes the
@@ -136,14 +134,14 @@ class Fluid(FluidView):
         return fresh
 
     @contextmanager
-    def _swapping(self, rows: NDArray[np.int64]) -> Iterator[None]:
+    def _swapping(self, rows: Ints) -> Iterator[None]:
         """Book what a block changes of the particles in these rows (n,) of the state as swaps, and wake the water around them."""
         with self.clock.booked(), self.clock.stage("swaps"):
             yield
         self._wake(rows)
         self._relative_speed = None
 
-    def _wake(self, rows: NDArray[np.int64] | slice = slice(None)) -> None:
+    def _wake(self, rows: Ints | slice = slice(None)) -> None:
         """Wake the water around the particles in these rows (n,) of the state; all that sleeps, by default."""
         if self.context.regions is not None:
             self.context.regions.wake(self.state.position[:, rows])

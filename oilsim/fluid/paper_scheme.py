@@ -11,8 +11,8 @@ Its feedback of position corrections into velocity acts as a viscosity of the or
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Real
 from oilsim.backend.thread_team import block_count, total
 from oilsim.boundaries.wall_contact import WallSums, sum_walls, wall_approach, wall_contact
 from oilsim.core.state import Confinement, FluidState
@@ -33,8 +33,6 @@ from oilsim.stages.pressure import PressureOperator
 from oilsim.stages.viscosity import begin_viscosity
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays, StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
-
-Real = NDArray[np.float32]
 
 
 def paper_step(

@@ -30,6 +30,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Index
 from oilsim.core.state import FluidState
 from oilsim.stages.contact import apply_wall_contact, move_drops
 from oilsim.stages.explicit import Drive, add_gravity, advect, apply_adhesion, apply_tension, press_films, wrap_periodic
@@ -37,7 +38,7 @@ from oilsim.stages.pairs import cache_pair_gradients, search_neighbors
 from oilsim.stages.pressure import apply_last_pressure, minority_phases, project_velocity
 from oilsim.stages.relaxation import relax_positions
 from oilsim.stages.viscosity import ViscousStep, apply_viscosity, begin_viscosity, viscous_system
-from oilsim.step.arrays import Index, StepArrays, StepResult
+from oilsim.step.arrays import StepArrays, StepResult
 from oilsim.step.context import StepClock, StepContext
 from oilsim.step.momentum_projection import MomentumProjection
 

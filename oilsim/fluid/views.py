@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim.accounts import diagnostics
+from oilsim.backend.arrays import Array, Index, Ints, Real
 from oilsim.boundaries.boundary_particles import BoundaryParticles
 from oilsim.boundaries.walls import MovingBody
 from oilsim.core.config import FluidConfig
@@ -23,9 +24,6 @@ from oilsim.fluid.emitter import PipeEmitter
 from oilsim.neighborhood.smoothing_kernels import kernel
 from oilsim.step.arrays import StepArrays
 from oilsim.step.context import StepContext
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 
 class Particles(NamedTuple):
@@ -39,16 +37,16 @@ class Particles(NamedTuple):
     velocity: Real
     pressure_impulse: Real
     phase: NDArray[np.uint8]
-    id: NDArray[np.uint32]
+    id: Index
     asleep: int
 
 
 class BoundaryMotion(NamedTuple):
     """A moving boundary now: position (3,) [m] of its centre of mass, orientation (4,) xyzw, twist (6,) [m/s, rad/s], world frame."""
 
-    position: Double
-    orientation: Double
-    twist: Double
+    position: Array
+    orientation: Array
+    twist: Array
 
 
 class FluidView:
@@ -106,11 +104,11 @@ class FluidView:
         """Return a copy of a phase's velocities (n, 3) [m/s], ordered by particle id; ValueError for a phase that does not exist."""
         return np.ascontiguousarray(self.state.velocity[:, self._ordered(phase)].T)
 
-    def phase_ids(self, phase: str) -> NDArray[np.uint32]:
+    def phase_ids(self, phase: str) -> Index:
         """Return the particle ids of a phase (n,), ascending; ValueError for a phase that does not exist."""
         return self.state.id[self._ordered(phase)]
 
-    def _ordered(self, phase: str) -> NDArray[np.int64]:
+    def _ordered(self, phase: str) -> Ints:
         members = np.flatnonzero(self.state.phase == self.config.phase_index(phase))
         return members[np.argsort(self.state.id[members], kind="stable")]
 
@@ -140,14 +138,14 @@ class FluidView:
         body = self._moving(handle)
         return BoundaryMotion(body.position.copy(), body.orientation.copy(), body.twist.copy())
 
-    def boundary_wrench(self, handle: int) -> Double:
+    def boundary_wrench(self, handle: int) -> Array:
         """Return the liquid's force [N] and torque about the centre of mass [N m] on a body (6,), world frame, mean of the last advance.
 
         ValueError for a boundary that does not move.
         """
         return self._moving(handle).impulse / self._duration if self._duration else np.zeros(6)
 
-    def boundary_twist(self, handle: int) -> Double:
+    def boundary_twist(self, handle: int) -> Array:
         """Return the linear and angular velocity (6,) [m/s, rad/s] of a body after its responses inside the last advance.
 
         ValueError for a boundary that does not move.
@@ -166,29 +164,29 @@ class FluidView:
         """Return the kinetic and potential energy of the liquid [J]."""
         return diagnostics.energy(self.state, self.config)
 
-    def momentum(self) -> Double:
+    def momentum(self) -> Array:
         """Return the linear momentum of the liquid (3,) [kg m/s]."""
         return diagnostics.momentum(self.state, self.config)
 
-    def angular_momentum(self) -> Double:
+    def angular_momentum(self) -> Array:
         """Return the angular momentum of the liquid about the origin (3,) [kg m2/s]."""
         return diagnostics.angular_momentum(self.state, self.config)
 
-    def pressure_at(self, points: ArrayLike) -> Double:
+    def pressure_at(self, points: ArrayLike) -> Array:
         """Return the pressure (K,) [Pa] at points (K, 3) [m], 0 without liquid.
 
         ValueError for points not of this shape or not finite.
         """
         return pressure_at(self.state, self.context, checks.finite("points", points, None, 3))
 
-    def velocity_at(self, points: ArrayLike) -> Double:
+    def velocity_at(self, points: ArrayLike) -> Array:
         """Return the velocity (K, 3) [m/s] at points (K, 3) [m], 0 without liquid.
 
         ValueError for points not of this shape or not finite.
         """
         return velocity_at(self.state, self.context, checks.finite("points", points, None, 3))
 
-    def surface_height_at(self, points: ArrayLike) -> Double:
+    def surface_height_at(self, points: ArrayLike) -> Array:
         """Return the height z (K,) [m] of the free surface above points (K, 2) x, y [m]; the domain's bottom where there is no liquid.
 
         ValueError for points not of this shape or not finite.
@@ -209,7 +207,7 @@ PRESENT = 0.05
 FEWEST = 0.15
 
 
-def _offsets(state: FluidState, context: StepContext, point: Double) -> Double:
+def _offsets(state: FluidState, context: StepContext, point: Array) -> Array:
     """Return the ways (axes, N) [m] from a point, along as many axes as it has, to the nearest image of every particle."""
     offset = state.position[: point.size].astype(np.float64) - point[:, None]
     for axis, length in enumerate((context.constants.period or ())[: point.size]):
@@ -218,7 +216,7 @@ def _offsets(state: FluidState, context: StepContext, point: Double) -> Double:
     return offset
 
 
-def _weights(state: FluidState, context: StepContext, point: Double) -> tuple[NDArray[np.int64], Double, Double]:
+def _weights(state: FluidState, context: StepContext, point: Array) -> tuple[Ints, Array, Array]:
     """Return the particles within the support of a point, the ways to them (3, n) [m], and their shares V W [1]."""
     offset = _offsets(state, context, point)
     distance = np.sqrt((offset**2).sum(axis=0))
@@ -227,7 +225,7 @@ def _weights(state: FluidState, context: StepContext, point: Double) -> tuple[ND
     return near, offset[:, near], float(context.constants.volume) * shares
 
 
-def pressure_at(state: FluidState, context: StepContext, points: Double) -> Double:
+def pressure_at(state: FluidState, context: StepContext, points: Array) -> Array:
     """Return the pressure (K,) [Pa] at points (K, 3) [m]: a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
     result = np.zeros(len(points))
     per_impulse = context.constants.reference_density / state.time_step if state.time_step > 0.0 else 0.0
@@ -242,7 +240,7 @@ def pressure_at(state: FluidState, context: StepContext, points: Double) -> Doub
     return result
 
 
-def velocity_at(state: FluidState, context: StepContext, points: Double) -> Double:
+def velocity_at(state: FluidState, context: StepContext, points: Array) -> Array:
     """Return the velocity (K, 3) [m/s] at points (K, 3) [m], the kernel mean of the particles near; 0 in air."""
     result = np.zeros((len(points), 3))
     for n, point in enumerate(points):
@@ -252,7 +250,7 @@ def velocity_at(state: FluidState, context: StepContext, points: Double) -> Doub
     return result
 
 
-def surface_height_at(state: FluidState, context: StepContext, points: Double) -> Double:
+def surface_height_at(state: FluidState, context: StepContext, points: Array) -> Array:
     """Measure the height (K,) [m] of the free surface over points (K, 2) [m], by the particles within a support radius across.
 
     It lies half a spacing above the mean of the highest ones, those within three quarters of a spacing of the highest that hangs
@@ -276,7 +274,7 @@ def surface_height_at(state: FluidState, context: StepContext, points: Double) -
     return result
 
 
-def _top(heights: Double, thickness: float, fewest: int) -> float:
+def _top(heights: Array, thickness: float, fewest: int) -> float:
     """Return the mean height [m] of the uppermost particles (n,), sorted, within `thickness` [m], without single ones above them."""
     while True:
         upper = heights > heights[-1] - thickness

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import njit
-
-Array = NDArray[np.float64]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def matrices(orientation: Array) -> Array:
+def rotation_matrices(orientation: Array) -> Array:
     """Compute matrices (B, 3, 3), body axes to world axes, of unit quaternions (B, 4) xyzw."""
     result = np.empty((len(orientation), 3, 3))
     for n in range(len(orientation)):

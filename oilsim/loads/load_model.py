@@ -28,16 +28,14 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Ints
 from oilsim.backend.jit import njit
 from oilsim.core.physical_constants import GRAVITY
 
-Double = NDArray[np.float64]
-
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def add_force_at(wrench: Double, arm: Double, force: Double) -> None:
+def add_force_at(wrench: Array, arm: Array, force: Array) -> None:
     """Add `force` (3,) [N] at `arm` (3,) [m] from the centre of mass to a wrench (6,) [N, N m] about it."""
     for axis in range(3):
         after, before = (axis + 1) % 3, (axis + 2) % 3
@@ -60,10 +58,6 @@ def heave_wave_damping(density: float, beam: float, draft: float, frequency: flo
     wave_number = frequency**2 / gravity
     height = 2.0 * math.sin(min(0.5 * wave_number * beam, 0.5 * math.pi)) * math.exp(-wave_number * draft)
     return density * gravity**2 * height**2 / frequency**3
-
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

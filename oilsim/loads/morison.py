@@ -35,11 +35,11 @@ from copy import copy
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Ints
 from oilsim.backend.jit import njit
 from oilsim.core.physical_constants import AIR_DENSITY
-from oilsim.loads.body_axes import cross, into_body, matrices, spread
+from oilsim.loads.body_axes import cross, into_body, rotation_matrices, spread
 from oilsim.loads.load_model import (
     LoadModel,
     StackedParts,
@@ -52,8 +52,6 @@ from oilsim.loads.load_model import (
 )
 from oilsim.loads.wetted_volume import add_wetted_volume
 from oilsim.sea import Sea
-
-Array = NDArray[np.float64]
 
 
 class BodyLoads(NamedTuple):
@@ -112,7 +110,7 @@ class FloatingBodies:
 
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
         """Return the loads at `time` [s]; pose (B, 7) [m, 1] with quaternions xyzw, twist (B, 6) [m/s, rad/s]."""
-        turn = matrices(pose[:, 3:]) @ self._axes
+        turn = rotation_matrices(pose[:, 3:]) @ self._axes
         motion = _Motion(np.ascontiguousarray(pose[:, :3]), turn, np.ascontiguousarray(twist))
         found = BodyLoads(*(np.zeros((self._count, *shape)) for shape in ((6,), (6, 6), (6, 6), ())))
         centers = _world_points(motion, self._parts.body, self._parts.center)
@@ -160,7 +158,7 @@ class FloatingBodies:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _world_points(motion: _Motion, body: NDArray[np.int64], place: Array) -> Array:
+def _world_points(motion: _Motion, body: Ints, place: Array) -> Array:
     """Return the places (n, 3) [m] of bodies in the world."""
     points = np.empty(place.shape)
     for n in range(len(place)):
@@ -289,7 +287,7 @@ def _add_stations(
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _add_skin(
-    skin: StackedSkin, body: NDArray[np.int64], motion: _Motion, water: _Water, densities: Array, found: BodyLoads
+    skin: StackedSkin, body: Ints, motion: _Motion, water: _Water, densities: Array, found: BodyLoads
 ) -> None:
     """Add drag of water and air on all pieces of skin to `found`, along the bodies' axes; body (P,) of each part."""
     twists = _own_twists(motion)

@@ -12,11 +12,9 @@ clipped; the result is exact for a mesh of flat triangles.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import njit
-
-Array = NDArray[np.float64]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -16,13 +16,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend import simd
+from oilsim.backend.arrays import Index, Ints, Real
 from oilsim.backend.jit import ALLOCATING, FAST, HALF, inlined
 from oilsim.backend.simd.compaction import LANES, Ball, Box, Candidates, append_near, collect_near
 from oilsim.backend.thread_team import BLOCK
 from oilsim.neighborhood.cell_grid import Grid, cell_coordinate, find_ranges, first_of_row
-
-Index = NDArray[np.uint32]
-Real = NDArray[np.float32]
 
 # [1] candidates of a cell that have room at first; numerical; room doubles where it does not suffice
 CANDIDATES = 2048
@@ -38,7 +36,7 @@ class Pairs(NamedTuple):
     neighbor  (places,) uint32, indices of neighbours; the padding behind a list holds indices too (see `end_list`)
     """
 
-    start: NDArray[np.int64]
+    start: Ints
     number: Index
     neighbor: Index
 

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Index, Real
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import floor, gather_four
 from oilsim.backend.thread_team import BLOCK, Team, block_count
@@ -27,17 +28,7 @@ from oilsim.neighborhood.cell_grid import (
     mark_surroundings,
     part_around,
 )
-from oilsim.neighborhood.list_building import (
-    CellOrder,
-    Index,
-    ListRoom,
-    Others,
-    Pairs,
-    Real,
-    Sorted,
-    Space,
-    build_lists,
-)
+from oilsim.neighborhood.list_building import CellOrder, ListRoom, Others, Pairs, Sorted, Space, build_lists
 
 __all__ = ["CellOrder", "NeighborSearch", "Pairs", "Sorted", "make_grid", "nearest_image", "nearest_images"]
 

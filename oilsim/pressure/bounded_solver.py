@@ -26,8 +26,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Index, Real
 from oilsim.backend.thread_team import Team, block_count, total
 from oilsim.pressure.residual_steps import (
     Pressures,
@@ -38,9 +38,6 @@ from oilsim.pressure.residual_steps import (
     left_over,
     next_direction,
 )
-
-Real = NDArray[np.float32]
-Index = NDArray[np.uint32]
 
 # [1] standard deviations by which the mean pressure of a closed box lies above 0; measured; all but a fifteenth of the particles is pressed
 AMBIENT = 1.5

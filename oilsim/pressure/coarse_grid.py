@@ -18,16 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Index, Ints, Real
 from oilsim.backend.jit import FAST, ONE, ZERO, inlined
 from oilsim.backend.thread_team import BLOCK, Team
 from oilsim.core.config import FluidConfig
 from oilsim.neighborhood.cell_grid import find_extent
-
-Real = NDArray[np.float32]
-Index = NDArray[np.uint32]
-Double = NDArray[np.float64]
 
 # [d] edge of a cell; measured; 2 to 8 do as well
 CELL = 4
@@ -62,9 +58,9 @@ class Resistors(NamedTuple):
     """
 
     other: Index
-    wires: Double
-    leak: Double
-    diagonal: Double
+    wires: Array
+    leak: Array
+    diagonal: Array
 
 
 @njit(**FAST)
@@ -263,7 +259,7 @@ class CoarsePressure:
         into = np.bincount(other.ravel(), wires.ravel(), nodes)
         self._resistors = Resistors(other, wires, leak, leak + wires.sum(axis=1) + into)
 
-    def _taken_up(self, position: Real) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _taken_up(self, position: Real) -> tuple[Ints, Ints]:
         """Return the first cell with a particle along each axis (3,) and the number of cells to the last (3,); all where it repeats."""
         low, high = np.empty((2, 3), np.int64)
         find_extent(position, position.shape[1], self._lower, self._inverse, self._cells, low, high)
@@ -276,7 +272,7 @@ class CoarsePressure:
         solve_grid(self._resistors, right, LEFT, ROUNDS, node, direction, image)
         self._team.run(prolong, len(self._places.cell), self._places, node, free, correction)
 
-    def _restrict(self, values: Real, free: Real) -> Double:
+    def _restrict(self, values: Real, free: Real) -> Array:
         """Return P^T F values (nodes,)."""
         self._team.run_parts(restrict, len(self._sums), self._length, self._places, values, free, self._sums)
         return np.asarray(self._sums.sum(axis=0))

@@ -30,6 +30,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Real
 from oilsim.backend.jit import FAST, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
 from oilsim.backend.thread_team import BLOCK
@@ -37,8 +38,6 @@ from oilsim.gradients.gradient_correction import mean_correction_at_walls, times
 from oilsim.neighborhood.neighbor_search import rows, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 from oilsim.pressure.wall_extrapolation import fill_wall_pressure
-
-Real = NDArray[np.float32]
 
 # [1/m2] added to the diagonal, which vanishes for a lone particle; theory; far below the diagonal of a particle with one neighbour
 TINY = np.float32(1e-20)

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Real
 from oilsim.backend.jit import FAST, ONE, ZERO
 from oilsim.backend.simd import LANES, above_zero, below, load, only, positive, spread, store, summed
 from oilsim.backend.thread_team import BLOCK
-
-Real = NDArray[np.float32]
 
 
 class Pressures(NamedTuple):

@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Real = NDArray[np.float32]
+from oilsim.backend.arrays import Real
 
 # [d] of water whose weight presses a particle at a free surface at most; numerical; half of it presses the uppermost layer, and disorder
 # deep inside, which looks like a surface, is pressed by more

@@ -19,16 +19,13 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Real
 from oilsim.backend.jit import ALLOCATING, FAST, ZERO
 from oilsim.boundaries.contacts import Contacts, add_wrench
 from oilsim.boundaries.walls import Walls
 from oilsim.gradients.gradient_correction import times_symmetric
 from oilsim.neighborhood.neighbor_search import nearest_images
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 
 @njit(**ALLOCATING)

@@ -22,14 +22,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Real
 from oilsim.backend.jit import FAST, HALF, ONE, THREE, ZERO, inlined
 from oilsim.backend.simd import LANES, below, load, spread, summed
 from oilsim.gradients.gradient_correction import inverse, smallest_eigenvalue, times_symmetric
 from oilsim.neighborhood.neighbor_search import rows, separations
-
-Real = NDArray[np.float32]
 
 # [1] smallest eigenvalue of the liquid's moment up to which c is 0; tuned; not on record
 THIN = np.float32(0.1)

@@ -15,8 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
-Rows = NDArray[np.int64]
+from oilsim.backend.arrays import Array, Flags, Ints
+
+Rows = Ints
 
 # [m] distance from a barrier at which parcels lie that it stops; numerical; far above rounding, far below a boom's thickness
 STANDOFF = 1e-3
@@ -181,7 +182,7 @@ class Barriers:
         return len(self.start)
 
     @property
-    def is_boom(self) -> NDArray[np.bool_]:
+    def is_boom(self) -> Flags:
         """Flags (S,) of the segments that belong to booms."""
         return self.capacity < 0.0
 
@@ -192,12 +193,12 @@ class Barriers:
         return self._rows[name]
 
     @property
-    def is_there(self) -> NDArray[np.bool_]:
+    def is_there(self) -> Flags:
         """Flags (S,) of the segments that are in the water."""
         return np.asarray((self.start != self.end).any(axis=1))
 
     @property
-    def parted_ends(self) -> NDArray[np.bool_]:
+    def parted_ends(self) -> Flags:
         """Flags (S, 2): whether the joints at the start and the end of each segment have parted."""
         return np.stack([(self._previous >= 0) & self.parted[self._previous], self.parted], axis=1)
 
@@ -271,7 +272,7 @@ class Barriers:
         along = (self.end - self.start) / self.lengths()[:, None]
         return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
-    def encloses(self, points: Array) -> NDArray[np.bool_]:
+    def encloses(self, points: Array) -> Flags:
         """Tell which points (N, 2) [m] lie inside an outline or more, by the number of sides of each that a ray crosses."""
         inside = np.zeros((self.owner.max(initial=-1) + 1, len(points)), np.bool_)
         for segment in np.flatnonzero(~self.is_boom):

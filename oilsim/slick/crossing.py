@@ -13,13 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Ints
 from oilsim.backend.jit import EXACT, exactly_inlined
 from oilsim.slick.barriers import MARGIN, NEAR, STANDOFF, Barriers
 
-Array = NDArray[np.float64]
-Rows = NDArray[np.int64]
+Rows = Ints
 
 # [1] share of a segment's length by which it is longer to the test; numerical; above rounding at 10 km from the origin
 OVERLAP = 1e-9

@@ -44,14 +44,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import FAST, inlined
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.slick.parcels import Parcels, Rows
 from oilsim.slick.thickness_grid import AREA, EDGE, WIDTH, ThicknessGrid, build_grid, gather, spline_slopes, splines
-
-Array = NDArray[np.float64]
 
 # [1] coefficient of the radius in the regime of gravity and inertia; paper (Fay 1971, Hoult 1972); axisymmetric slick
 INERTIAL = 1.14

@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.oil.fates import LossCause
-
-Array = NDArray[np.float64]
 
 
 class Pools(NamedTuple):
@@ -33,8 +31,8 @@ class Pools(NamedTuple):
     sustained_speed       (P,) [m/s] of the water against the segment, a mean over the time in which it passes the draft; 0 or more
     """
 
-    segment: NDArray[np.int64]
-    side: NDArray[np.int64]
+    segment: Ints
+    side: Ints
     length: Array
     front: Array
     normal_speed: Array
@@ -42,8 +40,8 @@ class Pools(NamedTuple):
     draft: Array
     lean: Array
     freeboard: Array
-    is_submerged: NDArray[np.bool_]
-    is_sealed: NDArray[np.bool_]
+    is_submerged: Flags
+    is_sealed: Flags
     volume: Array
     volume_per_front: Array
     front_thickness: Array

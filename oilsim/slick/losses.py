@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import EXACT
 from oilsim.oil.fates import LossCause
 from oilsim.oil.ledger import by_cause
@@ -24,8 +24,6 @@ from oilsim.slick.crossing import beside, first_crossings, opening_sweep, restin
 from oilsim.slick.loss_rate import Pools
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows, sums
 from oilsim.slick.pools import pool_of
-
-Array = NDArray[np.float64]
 
 # [loss volumes] of a parcel up to which it goes as a whole; numerical; the pool's account may be overdrawn by half of one
 WHOLE = 1.5
@@ -84,7 +82,7 @@ class Losses:
                 self.owed[:, heir] += left
                 debt[heir] += left.sum()
 
-    def _due(self, volume: Array, loss_volume: float) -> NDArray[np.bool_]:
+    def _due(self, volume: Array, loss_volume: float) -> Flags:
         """Find the causes and pools (causes, P) that owe a parcel; volume (P,) [m3] of the pools.
 
         A pool that owes all its oil, to several causes together, owes it to the one with the largest share first.
@@ -114,7 +112,7 @@ class Losses:
             ]
             self._put_behind(parcels, barriers, np.array(taken))
 
-    def _take(self, parcels: Parcels, members: NDArray[np.int64], cause: int, pool: int, loss_volume: float) -> int:
+    def _take(self, parcels: Parcels, members: Ints, cause: int, pool: int, loss_volume: float) -> int:
         """Mark one parcel of a pool as lost, the nearest to its boom, a particle last of all; return its row."""
         is_particle = parcels.state[members] == ParcelState.RESOLVED
         row = int(members[np.lexsort((parcels.id[members], parcels.ahead[members], is_particle))[0]])
@@ -128,15 +126,13 @@ class Losses:
         return row
 
     @staticmethod
-    def _put_behind(parcels: Parcels, barriers: Barriers, rows: NDArray[np.int64]) -> None:
+    def _put_behind(parcels: Parcels, barriers: Barriers, rows: Ints) -> None:
         place, along, side = parcels.place[rows], parcels.along[rows], -parcels.side[rows]
         parcels.position[rows] = beside(barriers, place, along, side, resting_sweep(barriers))
         parcels.mark_lost(rows, parcels.cause[rows], barriers.owner[place], carried=False)
         parcels.detach(rows)
 
-    def recontain(
-        self, parcels: Parcels, barriers: Barriers, rows: NDArray[np.int64], segment: NDArray[np.int64]
-    ) -> None:
+    def recontain(self, parcels: Parcels, barriers: Barriers, rows: Ints, segment: Ints) -> None:
         """Take the oil of rows (M,) off the losses where the segments (M,) that catch it are of the boom that lost it."""
         own = parcels.loser[rows] == barriers.owner[segment]
         rows, segment = rows[own], segment[own]

@@ -7,12 +7,11 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.oil.fates import Fate
 
-Array = NDArray[np.float64]
-Rows = NDArray[np.int64]
+Rows = Ints
 
 # [1] place of a parcel that no barrier holds, cause and loser of one that was never lost, particle of one that is none; layout; no index
 NONE = -1
@@ -94,7 +93,7 @@ class Parcels:
     state: Rows
     cause: Rows
     loser: Rows
-    carried: NDArray[np.bool_]
+    carried: Flags
     place: Rows
     side: Rows
     along: Array
@@ -129,7 +128,7 @@ class Parcels:
         self.volume[row] -= volume
         return new
 
-    def keep(self, mask: NDArray[np.bool_]) -> None:
+    def keep(self, mask: Flags) -> None:
         """Remove all parcels but those of the mask (N,)."""
         for name in COLUMNS:
             setattr(self, name, np.ascontiguousarray(getattr(self, name)[mask]))
@@ -138,7 +137,7 @@ class Parcels:
         """Let the parcels of rows (M,) float freely."""
         self.place[rows], self.side[rows], self.ahead[rows] = NONE, 0, 0.0
 
-    def mark_lost(self, rows: Rows, cause: Rows | int, loser: Rows, carried: NDArray[np.bool_] | bool) -> None:
+    def mark_lost(self, rows: Rows, cause: Rows | int, loser: Rows, carried: Flags | bool) -> None:
         """Note the causes (M,) by which barriers (M,) lost the oil of rows (M,), and whether particles carried it past."""
         self.cause[rows], self.loser[rows], self.carried[rows] = cause, loser, carried
 
@@ -155,7 +154,7 @@ class Parcels:
         points = np.ascontiguousarray(position).view(np.complex128)
         self.position.view(np.complex128)[rows] = points
 
-    def there(self) -> NDArray[np.bool_]:
+    def there(self) -> Flags:
         """Return a mask (N,) of the oil that is still on the water or ashore: all but what skimmers have taken."""
         return np.asarray(self.state != ParcelState.RECOVERED)
 

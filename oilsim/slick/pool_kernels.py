@@ -6,14 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import EXACT, exactly_inlined
 from oilsim.slick.barriers import MARGIN, NEAR, STANDOFF
 from oilsim.slick.crossing import crossing, first_crossing
 
-Array = NDArray[np.float64]
-Rows = NDArray[np.int64]
+Rows = Ints
 
 # [1] square root of 2, less 1; theory (Weyl); multiples fill the unit interval evenly, whatever the golden angle of a release
 SILVER = 0.41421356237309503
@@ -61,7 +60,7 @@ class Aims(NamedTuple):
     thickness: Array
     volume: Array
     travel: Array
-    pressed: NDArray[np.bool_]
+    pressed: Flags
 
 
 @exactly_inlined

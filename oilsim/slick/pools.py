@@ -25,8 +25,8 @@ slick without friction has h_f everywhere. This is a closure: C_f is 0.005 by de
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import GRAVITY
 from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import STANDOFF, Barriers
@@ -34,8 +34,6 @@ from oilsim.slick.crossing import beside, first_crossings, resting_sweep
 from oilsim.slick.loss_rate import Pools, passed_share
 from oilsim.slick.parcels import Parcels, ParcelState, Rows, sums
 from oilsim.slick.pool_kernels import SUMS, Aims, Held, Lines, place_parcels, slide_parcels, sum_pools
-
-Array = NDArray[np.float64]
 
 # [1] share of its length that a segment counts as front at least, however it lies to the flow; tuned; a parallel boom would have none
 LEAST_FRONT = 0.1

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, require
 from oilsim.oil.ledger import OilRows, rows_of
@@ -32,8 +33,6 @@ from oilsim.slick.pools import (
     sustain,
 )
 from oilsim.slick.stranding import carry_stranded, nearest_water, strand, strand_held
-
-Array = NDArray[np.float64]
 
 
 class SurfaceFlow(Protocol):

@@ -12,13 +12,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags
 from oilsim.slick.barriers import MARGIN, STANDOFF, Barriers
 from oilsim.slick.crossing import beside, first_crossings, resting_sweep
 from oilsim.slick.parcels import Parcels, ParcelState, Rows, sums
-
-Array = NDArray[np.float64]
 
 
 def room_left(parcels: Parcels, barriers: Barriers) -> Array:
@@ -101,7 +99,7 @@ def strand_held(parcels: Parcels, barriers: Barriers) -> Rows:
     return rows
 
 
-def _landings(barriers: Barriers, dry: NDArray[np.bool_]) -> Landings:
+def _landings(barriers: Barriers, dry: Flags) -> Landings:
     """Find where booms cross outlines; dry (2, S): whether the start and the end of a segment are on land."""
     outlines, found = np.flatnonzero(~barriers.is_boom), []
     sweep = resting_sweep(barriers, outlines)

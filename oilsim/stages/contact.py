@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Index, Ints, Real
 from oilsim.boundaries.plate_guard import PlateGuard
 from oilsim.boundaries.wall_contact import ContactRule, WallSums, wall_approach, wall_contact, wall_push
 from oilsim.core.state import FluidState
 from oilsim.drops.drift import AMID, FADING, RESTS, choose_partners, fill_drop_shares, fill_shares, pairs_of
 from oilsim.pressure.rigid_response import RigidResponse
-from oilsim.step.arrays import Index, Neighbors, PairArrays
+from oilsim.step.arrays import Neighbors, PairArrays
 from oilsim.step.context import StepContext
-
-Real = NDArray[np.float32]
 
 
 def apply_wall_contact(
@@ -58,7 +56,7 @@ def plate_guard(context: StepContext, neighbors: Neighbors) -> PlateGuard:
 
 def move_drops(
     context: StepContext, neighbors: Neighbors, minor: list[Index], state: FluidState, time_step: float
-) -> tuple[int, NDArray[np.int64]]:
+) -> tuple[int, Ints]:
     """Let drops change places in a step of `time_step` [s]; returns how many did, and the indices (n,) of all that are on their way.
 
     minor: indices (K,) of the particles of each minority phase with their neighbours (see `minority_phases`).

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Real
 from oilsim.boundaries.adhesion import adhesion_acceleration, adhesion_reaction
 from oilsim.boundaries.contact_film import RimLiquid, film_wrenches
 from oilsim.boundaries.contacts import Contacts
@@ -18,8 +19,6 @@ from oilsim.step.arrays import Neighbors
 from oilsim.step.context import StepContext
 from oilsim.tension.interface_stress import fill_slopes, pull_along_interfaces, pull_on_bodies, smooth_tensions
 
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 Phases = NDArray[np.uint8]
 Drive = Callable[[float], None]  # adds to the velocities what drives the liquid in a step of so many seconds
 
@@ -48,7 +47,7 @@ def add_gravity(velocity: Real, gravity: Sequence[float], time_step: float) -> N
 
 def press_films(
     context: StepContext, neighbors: Neighbors, contacts: Contacts, position: Real, pressure_impulse: Real, last_step: float
-) -> Double:  # fmt: skip
+) -> Array:  # fmt: skip
     """Return the forces (bodies, 6) [N, N m] of the films under bodies that lie on something held (see `contact_film`).
 
     contacts: particles that touch bodies; position (3, N) [m]; pressure_impulse (N,) [m2/s] of the last step, of `last_step` [s].
@@ -74,7 +73,7 @@ def apply_forcings(forcings: Sequence[Forcing], view: ForcingView, plane: bool) 
 
 def apply_adhesion(
     context: StepContext, neighbors: Neighbors, position: Real, phase: Phases, velocity: Real, time_step: float
-) -> Double | None:
+) -> Array | None:
     """Draw liquid to walls and bodies (see `adhesion`); returns the force (bodies, 6) [N, N m], None where no liquid touches one.
 
     position, velocity (3, N) [m, m/s]; phase (N,) uint8; time_step [s]. Some liquid must stick.
@@ -94,7 +93,7 @@ def apply_adhesion(
 
 def apply_tension(
     context: StepContext, neighbors: Neighbors, phase: Phases, velocity: Real, time_step: float
-) -> Double | None:
+) -> Array | None:
     """Pull along interfaces (see `interface_stress`); returns the force (bodies, 6) [N, N m], None where no liquid touches one.
 
     phase (N,) uint8; velocity (3, N) [m/s]; time_step [s]. Some liquid must have a tension.

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Index, Real
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, load, store
 from oilsim.boundaries.wall_curvature import add_wall_curvature
@@ -29,8 +30,6 @@ from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays
 from oilsim.step.context import StepContext
 
-Real = NDArray[np.float32]
-Index = NDArray[np.uint32]
 # [1] share of the tolerance in a filled box; measured; only pressure keeps its flow, and vortices lose by the residual of solves
 FILLED = 0.1
 
@@ -62,7 +61,7 @@ def apply_last_pressure(
     return operator
 
 
-def lift_of_rest(context: StepContext, law: RestLaw, touching: NDArray[np.integer]) -> NDArray[np.float64]:
+def lift_of_rest(context: StepContext, law: RestLaw, touching: NDArray[np.integer]) -> Array:
     """Return the impulses (bodies, 6) [N s, N m s] of water at rest on the bodies that it touches, by their numbers `touching` (K,)."""
     walls = context.walls
     arm, volume, owner = walls.displaced()
@@ -166,7 +165,7 @@ def minority_phases(context: StepContext, neighbors: Neighbors, phase: NDArray[n
     return [indices(with_neighbors(context, neighbors, indices(phase == k))) for k in minor]
 
 
-def with_neighbors(context: StepContext, neighbors: Neighbors, group: Index) -> NDArray[np.bool_]:
+def with_neighbors(context: StepContext, neighbors: Neighbors, group: Index) -> Flags:
     """Return a mask (awake,) of the awake particles that belong to a group (K,) of indices or have a neighbour in it."""
     near = np.zeros(len(neighbors.points), np.uint8)
     context.team.run(mark_around, group.size, group, neighbors.neighborhood.fluid, near)

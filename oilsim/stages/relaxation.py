@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Real
 from oilsim.backend.thread_team import block_count, total
 from oilsim.core.state import Confinement, FluidState
 from oilsim.density.density_constraint import LARGEST_MULTIPLIER, density_constraint
@@ -40,9 +40,6 @@ from oilsim.step.context import StepContext
 
 # [1] share of the particles that may be near a surface while the liquid still counts as filling its box; measured; see docs/numerics.md
 VOIDS = 0.005
-
-
-Real = NDArray[np.float32]
 
 
 class Relaxed(NamedTuple):

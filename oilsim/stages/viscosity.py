@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Real
 from oilsim.core.state import FluidState
 from oilsim.step.arrays import Neighbors, PairArrays
 from oilsim.step.context import StepContext
@@ -19,8 +20,6 @@ from oilsim.viscosity.pair_stiffness import PairGradients, ViscousLiquid, wall_f
 from oilsim.viscosity.viscous_response import Motion, ViscousResponse
 from oilsim.viscosity.viscous_system import ViscousSystem, implicit_share, is_mild
 
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 Phases = NDArray[np.uint8]
 
 
@@ -90,7 +89,7 @@ def _theta(context: StepContext, due: Due) -> float:
     return implicit_share(due.number)
 
 
-def _present_viscosity(context: StepContext, state: FluidState) -> NDArray[np.float64]:
+def _present_viscosity(context: StepContext, state: FluidState) -> Array:
     """Return the viscosity (P,) [Pa s] of each liquid that has particles that move; 0 for others, which must not cost a solve."""
     phase = state.phase[: state.awake]
     viscosities = enumerate(context.constants.viscosities)
@@ -146,14 +145,12 @@ class Due(NamedTuple):
     """
 
     span: float
-    matrix: NDArray[np.float32]
+    matrix: Real
     number: float
-    lagged: Double
+    lagged: Array
 
 
-def viscosity_due(
-    lagged: Double, viscosity: Double, matrix: NDArray[np.float32], per_number: Double, least: float
-) -> Due:
+def viscosity_due(lagged: Array, viscosity: Array, matrix: Real, per_number: Array, least: float) -> Due:
     """Return the viscosity that is due of P liquids.
 
     lagged        (P,) time for which each liquid's viscosity lags [s]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Flags, Index, Real
 from oilsim.boundaries.contacts import NO_BODY_PAIRS, NO_CONTACTS, BodyPairs, Contacts
 from oilsim.gradients.free_surface import FreeSurface
 from oilsim.neighborhood.neighbor_search import Neighborhood, Pairs
@@ -19,8 +20,6 @@ from oilsim.pressure.pressure_gradient import PairVectors, PressureSums, Pressur
 from oilsim.pressure.wall_extrapolation import WallPressure
 from oilsim.step.context import StepContext
 
-Real = NDArray[np.float32]
-Index = NDArray[np.uint32]
 NO_PAIRS = Pairs(np.zeros(0, np.int64), np.zeros(0, np.uint32), np.zeros(0, np.uint32))
 
 
@@ -42,7 +41,7 @@ class Neighbors:
     rest_density: Real
     body_pairs: BodyPairs
     touching: Index
-    by_body: NDArray[np.bool_]
+    by_body: Flags
     awake: int
 
     @property

@@ -13,9 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from oilsim.accounts.budget import Budget
+from oilsim.backend.arrays import Array, Index, Real
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.adhesion import adhesion_scale
 from oilsim.boundaries.boundary_particles import wall_coverage
@@ -45,7 +45,7 @@ class NeighborLists:
 
     def __init__(self, search: NeighborSearch, team: Team) -> None:
         self._search, self._team = search, team
-        self._sleepers: NDArray[np.uint32] | None = None  # starts of cells, counted from the first that sleeps
+        self._sleepers: Index | None = None  # starts of cells, counted from the first that sleeps
 
     def update(self, state: FluidState, walls: Walls) -> tuple[Pairs, Pairs]:
         """Return fluid and wall neighbours at the present positions, after sorting the state by cell."""
@@ -80,10 +80,6 @@ class NeighborLists:
             moved = np.concatenate([np.arange(awake, dtype=np.uint32), order + awake, others])
             state.take(moved, self._team)
         return CellOrder(None, self._sleepers + awake)
-
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 
 class StepConstants:
@@ -129,7 +125,7 @@ class StepConstants:
         self.shift_balance = np.float32(shift_balance(dimension))
         self.surface_table = surface_table(d, dimension)
         self.pressure = PressureConstants(self.moment, self.wall_weight, self.plane, self.gravity)
-        self.densities: Double = np.array([phase.rest_density for phase in config.phases])
+        self.densities: Array = np.array([phase.rest_density for phase in config.phases])
         self.reference_density = float(self.densities[0])
         self.weights: Real = (self.reference_density / self.densities).astype(np.float32)
         self.viscosities = [config.viscosity_correction * phase.dynamic_viscosity for phase in config.phases]

@@ -23,14 +23,12 @@ from contextlib import contextmanager
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import EXACT, FAST
 from oilsim.core.state import FluidState
 from oilsim.step.arrays import Neighbors
 from oilsim.step.context import StepClock, StepContext
-
-Double = NDArray[np.float64]
 
 # [m d^2] moment of inertia up to which nothing is turned about its axis; numerical; particles nearly in a row are not spun about it
 ROW = 1e-3
@@ -120,7 +118,7 @@ class MomentumProjection:
             state, center, speed = self._state, self._origin + shift, self._lost[:3] / mass
             add_rigid_motion(state.position, state.phase, self._mass, center, speed, rate, state.velocity)
 
-    def _present(self) -> Double:
+    def _present(self) -> Array:
         """Return the momentum (6,) of the liquid and the impulses that bodies have received, about the origin [N s, N m s]."""
         state, sums = self._state, np.zeros(16)
         with self._clock.stage("rotation"):
@@ -133,7 +131,7 @@ class MomentumProjection:
         return momentum
 
 
-def _inertia(sums: Double, shift: Double) -> Double:
+def _inertia(sums: Array, shift: Array) -> Array:
     """Return the inertia (3, 3) [kg m2] about the centre of mass, `shift` (3,) [m] from the origin of the `sums` (16,)."""
     mass, (xx, yy, zz, xy, xz, yz) = sums[0], sums[10:]
     second = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - mass * np.outer(shift, shift)

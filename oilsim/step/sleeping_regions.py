@@ -18,16 +18,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Flags, Index, Real
 from oilsim.backend.jit import FAST
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.walls import Walls
 from oilsim.core.config import FluidConfig
 from oilsim.core.state import FluidState
 from oilsim.neighborhood.cell_grid import count_sort
-
-Flags = NDArray[np.bool_]
 
 # [supports] of the region beyond awake water whose particles are listed; theory; those beside it then see all their neighbours
 LISTED = 2.0
@@ -75,7 +73,7 @@ def with_surroundings(marked: Flags, periodic: tuple[bool, bool, bool]) -> Flags
 class Parting(NamedTuple):
     """An order (N,) uint32 of the particles: the last `asleep` sleep, and the first `bordering` of these lie beside awake ones."""
 
-    order: NDArray[np.uint32]
+    order: Index
     asleep: int
     bordering: int
 
@@ -97,13 +95,13 @@ class SleepingRegions:
         self._quiet = np.zeros(self._cells)
         self._asleep = self._parted = np.zeros(self._cells, bool)  # the second: as particles lie in the state
 
-    def regions(self, position: NDArray[np.float32], count: int | None = None) -> NDArray[np.uint32]:
+    def regions(self, position: Real, count: int | None = None) -> Index:
         """Return the region (n,) uint32 of each of the positions (3, N) [m], or of the first n = `count`."""
         region = np.empty(position.shape[1] if count is None else count, np.uint32)
         self._team.run(assign_regions, region.size, position, self._lower, self._inverse_width, self._cells, region)
         return region
 
-    def wake(self, position: NDArray[np.float32]) -> None:
+    def wake(self, position: Real) -> None:
         """Wake the regions of the positions (3, N) [m] and those around them."""
         self._wake_around(self._flagged(self.regions(position)))
 
@@ -135,7 +133,7 @@ class SleepingRegions:
         self._quiet[loud] = 0.0
         self._asleep = self._asleep & ~with_surroundings(loud, self._periodic)
 
-    def _flagged(self, region: NDArray[np.uint32]) -> Flags:
+    def _flagged(self, region: Index) -> Flags:
         flags = np.zeros(self._asleep.size, bool)
         flags[region] = True
         return flags.reshape(self._cells)

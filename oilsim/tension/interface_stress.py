@@ -31,7 +31,6 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from oilsim.backend.jit import FAST, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, spread, summed
@@ -41,7 +40,6 @@ from oilsim.gradients.particle_sums import REGULAR, coverage_and_slope
 from oilsim.neighborhood.neighbor_search import nearest_images, separations
 from oilsim.neighborhood.smoothing_kernels import kernel, kernel_slope_over_q
 
-Real = NDArray[np.float32]
 # [Pa2] added to squares of gradients that may vanish; theory; far below that of any interface
 TINY = np.float32(1e-20)
 

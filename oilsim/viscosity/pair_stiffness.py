@@ -26,13 +26,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Index, Real
 from oilsim.backend.jit import FAST, inlined
 from oilsim.backend.simd import LANES, below, gather, load, only, positive, root, spread, store, summed
 from oilsim.neighborhood.neighbor_search import separations
 from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, kernel_slope_over_q, lattice, normalisation
 from oilsim.pressure.pressure_gradient import PairVectors, load_vector
-
-Real = NDArray[np.float32]
 
 ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
 # [1] part of q^2 in the weight w; theory; sum w x^2 y^2 = sum w r^4 / 8 on a square lattice
@@ -50,7 +49,7 @@ class ViscousLiquid(NamedTuple):
     viscosity  (phases, phases) mu_ij of pairs of liquids [Pa s]
     """
 
-    active: NDArray[np.uint32]
+    active: Index
     points: Real
     phase: NDArray[np.uint8]
     viscosity: Real

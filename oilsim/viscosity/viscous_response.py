@@ -21,14 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Real
 from oilsim.backend.jit import FAST
 from oilsim.boundaries.contacts import BodyPairs, add_wrench
 from oilsim.boundaries.walls import Walls
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 
 @njit(**FAST)
@@ -78,7 +75,7 @@ class Motion(NamedTuple):
     """Velocities (3, N) [m/s] of the liquid and twists (bodies, 6) [m/s, rad/s] of the moving bodies at one instant."""
 
     velocity: Real
-    twists: Double
+    twists: Array
 
     def towards(self, end: Motion, share: float) -> Motion:
         """Return the mean of this motion and of another that counts by `share` [1]."""
@@ -135,7 +132,7 @@ class ViscousResponse:
         change_of_twist = self._compliance @ impulse
         self._walls.receive((impulse - self._span * self._drag @ change_of_twist).reshape(-1, 6))
 
-    def _reaction(self, velocity: Real, wall_velocity: Real | None) -> Double:
+    def _reaction(self, velocity: Real, wall_velocity: Real | None) -> Array:
         """Return the drag (6 bodies,) [N, N m] of liquid at `velocity` (3, N) on the bodies; wall_velocity (3, M) [m/s], None for 0."""
         force = self._walls.zero_forces()
         viscous_reaction(self._pairs, velocity, wall_velocity, *self._wall_pairs, self._volume, force)

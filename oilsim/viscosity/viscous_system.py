@@ -20,6 +20,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Real
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, gather_four, load, spread, summed
 from oilsim.backend.thread_team import Team, block_count, total
@@ -38,8 +39,6 @@ from oilsim.viscosity.pair_stiffness import (
     viscous_coefficients,
 )
 from oilsim.viscosity.viscous_response import Motion, ViscousResponse
-
-Real = NDArray[np.float32]
 
 ZERO = np.float32(0.0)
 # [1] rate of the finest wave over nu / d^2, at most; theory; 6.6 on a square lattice, 7.4 on a cubic one, more beside no-slip walls

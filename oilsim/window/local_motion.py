@@ -23,11 +23,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.window.sea_motion import SeaMotion
-
-Double = NDArray[np.float64]
 
 # [m] least way from a body's middle to the points; numerical; slopes are differences over twice of it
 LEAST = 1e-2
@@ -36,13 +34,13 @@ LEAST = 1e-2
 class LocalMotion(NamedTuple):
     """The sea over n bodies: rest (n, 3) [m], twist (n, 6) [m/s, rad/s], turn R (n, 3, 3), and the points at rest (n, 4, 3) [m]."""
 
-    rest: Double
-    twist: Double
-    turn: Double
-    points: Double
+    rest: Array
+    twist: Array
+    turn: Array
+    points: Array
 
 
-def gauss_points(shape: Double) -> Double:
+def gauss_points(shape: Array) -> Array:
     """Return the four points (4, 3) [m], in the body's axes, over which means are taken; shape (M, 3) [m] of its surface, upright."""
     flat = shape[:, :2] - shape[:, :2].mean(0)
     squares, axes = np.linalg.eigh(flat.T @ flat / len(flat))
@@ -54,7 +52,7 @@ def gauss_points(shape: Double) -> Double:
     return points
 
 
-def local_motion(motion: SeaMotion, position: Double, offsets: Double, time: float) -> LocalMotion:
+def local_motion(motion: SeaMotion, position: Array, offsets: Array, time: float) -> LocalMotion:
     """Evaluate the sea over bodies at `position` (n, 3) [m] whose points lie at `offsets` (n, 4, 3) [m] from there, in the world."""
     count = len(position)
     there = (position[:, None] + offsets).reshape(-1, 3)
@@ -67,7 +65,7 @@ def local_motion(motion: SeaMotion, position: Double, offsets: Double, time: flo
     return LocalMotion(rest, twist, _turn(slope), points.reshape(count, 4, 3))
 
 
-def _slope(height: Double, offsets: Double) -> Double:
+def _slope(height: Array, offsets: Array) -> Array:
     """Return the slopes (n, 2) of heights (n, 4) at points (n, 4, 3), by differences along two axes at right angles."""
     slope = np.zeros((len(height), 2))
     for plus, minus in ((0, 1), (2, 3)):
@@ -77,7 +75,7 @@ def _slope(height: Double, offsets: Double) -> Double:
     return slope
 
 
-def _turn(slope: Double) -> Double:
+def _turn(slope: Array) -> Array:
     """Return the rotations (n, 3, 3) that take the vertical to the normals of surfaces with these slopes (n, 2), without a twist."""
     normal = np.concatenate([-slope, np.ones((len(slope), 1))], axis=1)
     normal /= np.linalg.norm(normal, axis=1)[:, None]

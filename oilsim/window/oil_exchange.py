@@ -24,8 +24,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags
 from oilsim.backend.jit import njit
 from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Barriers
@@ -36,8 +36,6 @@ from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
 from oilsim.slick.slick import Slick
 from oilsim.window.surface_motion import SurfaceMotion
 from oilsim.window.window import Window
-
-Array = NDArray[np.float64]
 
 # [d] from the rim within which parcels stay parcels; numerical; a support, so that oil does not change back at once
 FADE = 2.75
@@ -177,7 +175,7 @@ class OilExchange:
         if len(rows):
             parcels.keep(parcels.volume > 0.0)
 
-    def _is_near(self, position: Array, time: float) -> NDArray[np.bool_]:
+    def _is_near(self, position: Array, time: float) -> Flags:
         """Mark parcels (N,) in the box around the window's middle, waves aside."""
         rim = self.window.rim
         offset = np.abs(
@@ -193,7 +191,7 @@ class OilExchange:
             points[:, 2] = level + self.window.motion.displacement(self.window.motion.at_rest(points, time), time)[:, 2]
         return self.window.motion.at_rest(points, time)
 
-    def _beside_oil(self, position: Array, parcels: Parcels) -> NDArray[np.bool_]:
+    def _beside_oil(self, position: Array, parcels: Parcels) -> Flags:
         """Mark points (N, 2) [m] beside oil that is resolved and not lost."""
         oil = parcels.position[(parcels.state == ParcelState.RESOLVED) & (parcels.cause == NONE)]
         found = np.zeros(len(position), np.bool_)
@@ -245,7 +243,7 @@ class OilExchange:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _mark_near(position: Array, oil: Array, reach: float, found: NDArray[np.bool_]) -> None:
+def _mark_near(position: Array, oil: Array, reach: float, found: Flags) -> None:
     """Mark the points (N, 2) [m] in found (N,) that are nearer than `reach` [m] to any of the oil (M, 2) [m]."""
     for i in range(len(position)):
         for k in range(len(oil)):

@@ -16,12 +16,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Real
 from oilsim.forcing import ForcingView
-
-Real = NDArray[np.float32]
-Double = NDArray[np.float64]
 
 # [1] r over the frequency of the wave twice as long as the rim is wide; theory; that wave keeps exp(-pi PASSES) of its height, 0.9 %
 PASSES = 1.5
@@ -45,7 +42,7 @@ class Rim:
         self.center = np.zeros(2)
         self.rate = PASSES * math.sqrt(math.pi * gravity / width)
 
-    def inward(self, points: Double | Real) -> Double:
+    def inward(self, points: Array | Real) -> Array:
         """Return the way (N,) [m] from points (N, 2 or 3) [m] to the nearest side; it is 0 or more, as the box repeats."""
         ways = []
         for axis in self.along:
@@ -54,7 +51,7 @@ class Rim:
             ways.append(0.5 * period - np.abs(offset - period * np.round(offset / period)))
         return np.min(ways, axis=0)
 
-    def about_center(self, points: Double | Real) -> Double:
+    def about_center(self, points: Array | Real) -> Array:
         """Return points (N, 3) [m] with each brought to its image nearest to the middle."""
         near = np.array(points, np.float64)
         for axis in self.along:

@@ -25,8 +25,8 @@ from collections.abc import Callable
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.backend.jit import ALLOCATING, inlined
 from oilsim.backend.thread_team import Team
 from oilsim.sea import Sea
@@ -103,8 +103,6 @@ def _displace(block, size, waves, phase, h):
             block[DZ + i] += (down - up) * c
 
 
-Double = NDArray[np.float64]
-
 # [m] half the way over which slopes are taken; numerical; far below any wave, far above rounding
 STEP = 1e-3
 
@@ -126,15 +124,15 @@ class SeaMotion:
         """True if the sea has no waves."""
         return self.sea.components.amplitude.size == 0
 
-    def travel(self, time: float) -> Double:
+    def travel(self, time: float) -> Array:
         """Return the way X (3,) [m] of the surface current since time 0."""
         return np.append(self.sea.travel(time), 0.0)
 
-    def displacement(self, rest: Double, time: float) -> Double:
+    def displacement(self, rest: Array, time: float) -> Array:
         """Return D (N, 3) [m] of the water whose place at rest is `rest`."""
         return np.zeros(rest.shape) if self.is_still else self._swept(sum_displacement, rest, time)
 
-    def velocity(self, rest: Double, time: float) -> Double:
+    def velocity(self, rest: Array, time: float) -> Array:
         """Return the velocity (N, 3) [m/s] of the water whose place at rest is `rest`, the current included."""
         flow, waves = self.sea.description.surface_current, self.sea.components
         current = np.zeros(2) if flow is None else flow.velocity(time)
@@ -148,22 +146,22 @@ class SeaMotion:
         ).velocity  # fmt: skip
         return np.asarray(orbital + np.append(current, 0.0))
 
-    def slope(self, rest: Double, time: float) -> Double:
+    def slope(self, rest: Array, time: float) -> Array:
         """Return the slope (N, 2) [1] of the sheet of water that is level at rest at the height of `rest`."""
         sides = [rest + STEP * sign * np.eye(3)[axis] for axis in (0, 1) for sign in (1.0, -1.0)]
         heights = self.displacement(np.concatenate(sides), time)[:, 2].reshape(4, -1)
         return np.stack([heights[0] - heights[1], heights[2] - heights[3]], -1) / (2.0 * STEP)
 
-    def at_rest(self, points: Double, time: float) -> Double:
+    def at_rest(self, points: Array, time: float) -> Array:
         """Return the places at rest (N, 3) [m] of the water that is at `points` now."""
         start = points - self.travel(time)
         return start if self.is_still else self._swept(find_rest, start, time)
 
-    def in_sea(self, rest: Double, time: float) -> Double:
+    def in_sea(self, rest: Array, time: float) -> Array:
         """Return where the water of the places `rest` is now (N, 3) [m]."""
         return np.asarray(rest + self.travel(time) + self.displacement(rest, time))
 
-    def _swept(self, kernel: Callable[..., None], points: Double, time: float) -> Double:
+    def _swept(self, kernel: Callable[..., None], points: Array, time: float) -> Array:
         """Return what a kernel of `wave_displacement` finds for points (N, 3) [m], on the threads of the team if there is one."""
         found, rows = np.empty((len(points), 3)), _rows(points)
         arguments = rows, self.sea.components, self._phase(time), self.sea.description.water, found
@@ -173,13 +171,13 @@ class SeaMotion:
             self._team.run(kernel, len(points), *arguments)
         return found
 
-    def _phase(self, time: float) -> Double:
+    def _phase(self, time: float) -> Array:
         """Return the phases (M,) [rad] of the waves at places at rest, which the current carries."""
         own = self.sea.components
         # a sheared current carries waves by a share of what carries the places at rest
         return own._replace(share=own.share - 1.0).phase_at(time, self.travel(time)[:2])
 
 
-def _rows(points: Double) -> Double:
+def _rows(points: Array) -> Array:
     """Return points (N, 3) [m] as kernels take them."""
     return np.require(points.reshape(-1, 3), np.float64, requirements=["C", "W"])

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.slick.slick import SurfaceFlow
 from oilsim.window.window import Window
-
-Array = NDArray[np.float64]
 
 # [d] of depth from which the motion is taken; numerical; two layers, of which one alone is noisy
 DEPTH = 2.0

@@ -9,8 +9,8 @@ the places at rest, and their loads back, by `LocalMotion` (`local_motion`).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Real
 from oilsim.boundaries.boundary_particles import tank_walls
 from oilsim.core.config import FluidConfig
 from oilsim.core.initial_conditions import block
@@ -20,8 +20,6 @@ from oilsim.sea import Sea
 from oilsim.window.rim import Rim
 from oilsim.window.sea_motion import SeaMotion
 from oilsim.window.settings import WindowSettings
-
-Double = NDArray[np.float64]
 
 # [d] of air above the level at least; numerical; splashes that go higher leave the run and are counted
 HEADROOM = 8.0
@@ -69,26 +67,26 @@ class Window:
         water = block(lower, (half[0], half[1], level), spacing, dimension)
         self.fluid.add_particles(water, phase=phases[0].name)
 
-    def follow(self, target: Double, time: float) -> None:
+    def follow(self, target: Array, time: float) -> None:
         """Put the middle where the water at `target` (2,) [m] in the world is at rest, at `time` [s]."""
         level = self.motion.sea.description.level
         place = np.array([[target[0], target[1], level]])
         self.rim.center = (place - self.motion.travel(time))[0, :2]
 
-    def middle(self, time: float) -> Double:
+    def middle(self, time: float) -> Array:
         """Return where the water of the middle is at `time` [s], (2,) [m], waves aside."""
         return np.asarray(self.rim.center + self.motion.travel(time)[:2])
 
-    def places(self, time: float) -> Double:
+    def places(self, time: float) -> Array:
         """Return where all particles are in the sea now, (N, 3) [m], in the order of `fluid.particles`."""
         return self.motion.in_sea(self.rim.about_center(self.fluid.particles.position.T), time)
 
-    def phase_places(self, phase: str, time: float) -> NDArray[np.float32]:
+    def phase_places(self, phase: str, time: float) -> Real:
         """Return where the particles of a phase are in the sea now, (N, 3) [m], in the order of `fluid.phase_ids`."""
         rest = self.rim.about_center(self.fluid.phase_positions(phase))
         return self.motion.in_sea(rest, time).astype(np.float32)
 
-    def velocities(self, time: float) -> Double:
+    def velocities(self, time: float) -> Array:
         """Return the velocities of all particles in the sea now, (N, 3) [m/s]: the sea's and their own."""
         particles = self.fluid.particles
         rest = self.rim.about_center(particles.position.T)

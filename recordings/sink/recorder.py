@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from recordings.files.writing import RecordingError
+from recordings.files.writing import RecordingError, why_unwritable
 from recordings.model.frame import Event, Frame, RunDescription
 from recordings.model.sample import Sample, require_power_of_two, take_sample
 
@@ -182,11 +182,5 @@ def _close(file: RerunFile, live: LiveView | None) -> None:
 
 def _require_writable(path: Path) -> None:
     """Raise RecordingError now, not after an hour, if the file cannot be written."""
-    existed = path.exists()
-    try:
-        with path.open("ab"):
-            pass
-    except OSError as error:
-        raise RecordingError(path, f"cannot be written: {error.strerror or error}") from error
-    if not existed:
-        path.unlink()
+    if why := why_unwritable(path):
+        raise RecordingError(path, f"cannot be written: {why}")

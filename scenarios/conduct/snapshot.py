@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
 from coupling.multibody.mooring_leg import MooringLeg
+from oilsim.backend.arrays import Real
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.fates import FATES
 from recordings.model import palette
@@ -31,14 +32,14 @@ from scenarios.setup.afloat.moorings import leg_name, tie_name
 from scenarios.setup.at_sea.land import outlines_of, read_land
 from scenarios.spec.resolve import RunSpec
 from scenarios.spec.scenario import Scenario
-from scenarios.watch.slick_oil import Spots, spots_of_slick
+from scenarios.watch.slick_oil import spots_of_slick
 from vessels.vessel import heading_of
 
 MOST_SPOTS = 20_000  # [1] that a page draws smoothly; the cells of particles grow until they are fewer
 CELL = 2.0  # [1] smallest width of a cell, in particle spacings
 
 
-def oil_spots(assembly: Assembly, frame: Frame) -> Spots:
+def oil_spots(assembly: Assembly, frame: Frame) -> Real:
     """Return the oil afloat and ashore as spots (N, 5): x, y, radius and thickness [m], and fate.
 
     The frame must be that of the communication point at which the run is now.
@@ -56,7 +57,7 @@ def oil_spots(assembly: Assembly, frame: Frame) -> Spots:
     return np.concatenate([*found, np.empty((0, 5), np.float32)])
 
 
-def spots_of_particles(places: NDArray[np.float64], volume: float, cell: float, fate: int) -> Spots:
+def spots_of_particles(places: NDArray[np.float64], volume: float, cell: float, fate: int) -> Real:
     """Return one spot for each square cell [m] with oil in it, (N, 5); its thickness is the oil's volume over the cell's area.
 
     places (M, 2) [m] of particles of `volume` [m3]. Cells are doubled until there are at most `MOST_SPOTS`.

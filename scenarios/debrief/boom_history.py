@@ -8,16 +8,14 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.boom_state import BoomState
 from booms.containment import PRACTICE_SPEED
+from oilsim.backend.arrays import Array, Flags, Ints
 from recordings.model.exercise import BoomDescription, ExerciseDescription
 from recordings.replay.recording import Replay, Series
 from recordings.replay.series import WORST, BodySeries, reached
 from scenarios.debrief.order_words import crew_acted
-
-Array = NDArray[np.float64]
 
 UNDER_WAY = 0.5  # fraction of the highest tow speed through the water from which on the boom counts as under way
 START_UP = 0.1  # lengths of the boom that it goes through the water until it has taken its shape
@@ -96,12 +94,12 @@ class BoomHistory:
         return np.array([state.gap_ratio for state in self.states])
 
     @cached_property
-    def under_way(self) -> NDArray[np.bool_]:
+    def under_way(self) -> Flags:
         """Instants (N,) at which the boom is towed, or held in a current, near its highest speed."""
         return np.asarray(self.tow_speed >= UNDER_WAY * self.tow_speed.max())
 
     @cached_property
-    def settled(self) -> NDArray[np.bool_]:
+    def settled(self) -> Flags:
         """Instants (N,) under way at which the start-up is over: the boom has taken its shape, and the first jerks are past.
 
         That takes a way through the water of `START_UP` of the boom's length from when it first was under way, but not more than half of
@@ -201,7 +199,7 @@ def _history(replay: Replay, exercise: ExerciseDescription, boom: BoomDescriptio
     )
 
 
-def _on(index: NDArray[np.int64], one: Series, name: str) -> Array:
+def _on(index: Ints, one: Series, name: str) -> Array:
     """Return a series at the frames `index` (N,); before its first frame, oil is 0 m3: no such oil was there yet. Others are NaN."""
     if np.array_equal(one.index[: len(index)], index):
         return one.value[: len(index)]

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.words import cause_in_words, force_in_words, force_unit
@@ -22,7 +22,6 @@ from recordings.sink.plots import labels, plots_with_series
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.key_moments import KeyMoment
 
-Array = NDArray[np.float64]
 _WIDTH = 8.6  # inches
 HELD_COLOR, _FREE = "#3b2a1a", "#c9bba7"
 _LINES = ("#1f5fa8", "#e07b20", "#4a8f4a", "#8a5aa8")

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.containment import PRACTICE_SPEED
+from oilsim.backend.arrays import Array
 from recordings.replay.recording import Replay
 from scenarios.debrief import measures
 from scenarios.debrief.boom_history import BoomHistory, boom_histories
@@ -25,7 +25,6 @@ from scenarios.schema.parsing.structuring import structure
 from scenarios.text.problems import Problem, ScenarioError
 from scenarios.text.toml import read_toml_file
 
-Array = NDArray[np.float64]
 Verdict = Literal["met", "partly met", "missed"]
 _POINTS: Mapping[Verdict, float] = {"met": 1.0, "partly met": 0.5, "missed": 0.0}
 LETTERS = (("A", 0.9), ("B", 0.75), ("C", 0.6), ("D", 0.4), ("E", 0.0))

@@ -6,12 +6,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from recordings.replay.series import WORST, reached
 from scenarios.debrief.boom_history import BoomHistory
-
-Array = NDArray[np.float64]
 
 # [1] of a boom's length that may do worse than what is measured, and of its length and time together; chosen: one segment swings by itself
 PART = 0.05

@@ -13,15 +13,14 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.core.physical_constants import HOUR, KNOT
 from recordings.model.words import three_figures
 from scenarios.debrief.boom_history import BoomHistory
 from scenarios.debrief.diagrams import HELD_COLOR, empty_figure, finish, line_color, volume_unit
 from scenarios.debrief.key_moments import KeyMoment
 
-Array = NDArray[np.float64]
 STEP = 0.1 * KNOT  # [m/s] width of a bar, as the steps of ASTM F2084
 PRACTICE = (0.6, 1.0)  # [kn] in which booms lose their first oil in practice: 0.31 to 0.51 m/s
 RESOLVED_COLOR, MODELLED_COLOR, _BAND = "#1f5fa8", "#e07b20", "#dfe8d8"

@@ -108,11 +108,6 @@ class OilRecord:
             return usual_slope(math.log(values[0]), temperatures[0])
         return _slope(1.0 / temperatures, np.log(values))
 
-    def rises_when_warmed(self, quantity: str, slack: float) -> bool:
-        """Tell whether a mean of a quantity of the fresh oil is above `slack` times that at the next lower temperature."""
-        values = self._means(quantity)[1]
-        return bool((values[1:] > slack * values[:-1]).any())
-
     @cached_property
     def density_gain(self) -> float:
         """C_d [-] of rho = rho_0 (1 + C_d F), from weathered samples, else a typical one."""

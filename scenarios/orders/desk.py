@@ -52,11 +52,6 @@ class OrderDesk:
                 return
             yield request
 
-    @property
-    def is_empty(self) -> bool:
-        """True if no request waits."""
-        return self._waiting.empty()
-
     def take(self, patience: float = 0.0) -> Request | None:
         """Return the next request, for which the caller waits up to `patience` [s]; None if there is none."""
         try:

@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from coupling.fmu.export import FmuContent
 from coupling.master.co_simulation import CoSimulation
 from coupling.master.errors import CoSimulationError
 from coupling.master.participant import Participant, Status, StepResult, checked_value
+from oilsim.backend.arrays import Array
 from scenarios.controls.fmu_checks import all_are_kept
 from scenarios.controls.signal_board import SignalBoard, signal_variables
 from scenarios.controls.signals import Signal, signals_of
@@ -30,8 +30,6 @@ from scenarios.schema.parsing.structuring import as_data
 from scenarios.spec.load import files_replaced, scenario_from
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
-
-Array = NDArray[np.float64]
 
 SCENARIO_FILE = "scenario.json"
 WHOLE = 1e-6  # of a communication step that a master's step may be off a whole number of them

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from oilsim.backend.arrays import Array
 from oilsim.core.config import FluidConfig, longest_time_step
 from oilsim.window.settings import WindowSettings
 from scenarios.schema.bodies import Fixed, Free
@@ -22,7 +23,7 @@ from scenarios.schema.exercise import TowSettings
 from scenarios.schema.injects import InjectSettings
 from scenarios.schema.liquid import BlockFill, Fill, PipeEmitterSettings, SlabFill, Tank
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.fill_lattice import Array, misfits, starting_positions, surface_off
+from scenarios.setup.fill_lattice import misfits, starting_positions, surface_off
 from scenarios.spec.resolve import RunSpec, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError

@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from oilsim.backend.arrays import Array
 from recordings.model.words import volume_in_words
 from scenarios.schema.liquid import BlockFill, CylinderFill, Fill, SlabFill, Tank
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.text.problems import Problem, ScenarioError
-
-Array = NDArray[np.float64]
 
 TOO_NEAR = 0.9  # of a spacing: particles of an earlier region that are nearer to a later one's give way
 LATTICE_SLACK = 1e-6  # of a spacing

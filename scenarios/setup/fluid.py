@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from coupling.solids.signed_distance import SignedDistance
 from oilsim import Fluid, FluidConfig, Phase, PipeEmitter, tank_walls
+from oilsim.backend.arrays import Array
 from oilsim.core.phases import weak_depth
 from oilsim.fluid.emitter import HOLD
 from oilsim.sea import Sea, SeaForcing, Zone
@@ -22,8 +23,6 @@ from scenarios.setup.afloat.boom_losses import has_tension, tension_of
 from scenarios.setup.fill_lattice import Lattice, within
 from scenarios.spec.resolve import RunSpec
 from scenarios.text.problems import Problem
-
-Array = NDArray[np.float64]
 
 CLEARANCE = 0.5  # spacings between a body's surface and the nearest particle at the start
 # [1] viscosity over sqrt(rho sigma d), below which particles of air beside a surface move by themselves; measured (docs/numerics.md, Air)

@@ -22,7 +22,7 @@ from scenarios.setup.afloat.boom_losses import has_closures
 from scenarios.setup.afloat.boom_remarks import blockage
 from scenarios.setup.afloat.moorings import tie_name
 from scenarios.setup.simulators import Simulators
-from scenarios.setup.solids.placed_solids import Solid
+from scenarios.setup.solids.placed_solids import Solid, vector
 from scenarios.spec.resolve import RunSpec
 from scenarios.text.versions import versions
 
@@ -140,7 +140,7 @@ def _describe_equipment(simulators: Simulators) -> Iterator[Equipment]:
     """Yield skimmers, mooring legs and ties, as they were laid."""
     world, fleet = simulators.world, simulators.fleet
     for one in simulators.skimmers:
-        mouth = ((one.body or "", _point(one.offset)),)
+        mouth = ((one.body or "", vector(one.offset)),)
         width = one.skimmer.design.swath
         yield Equipment(name=one.short_name, kind="skimmer", ends=mouth, places=one.place_series, width=width)
     if world is None:
@@ -148,13 +148,13 @@ def _describe_equipment(simulators: Simulators) -> Iterator[Equipment]:
     for leg in fleet.legs:
         line = world.lines[leg.name]
         assert isinstance(line, MooringLeg)
-        ends = ((leg.body, _point(line.point)), ("", _point(line.place)))
+        ends = ((leg.body, vector(line.point)), ("", vector(line.place)))
         places = f"{leg.name}/anchor/x", f"{leg.name}/anchor/y"
         yield Equipment(name=_short(leg.name), kind="mooring", ends=ends, places=places, series=f"{leg.name}/tension")
     for tie in (line for line in fleet.lines if line.name.startswith(tie_name(""))):
         line = world.lines[tie.name]
         assert isinstance(line, ElasticLine)
-        first, second = (_point(point) for point in line.points)
+        first, second = (vector(point) for point in line.points)
         ends = ((tie.body_a, first), (tie.body_b or "", second))
         yield Equipment(name=_short(tie.name), kind="tie", ends=ends, series=f"{tie.name}/tension")
 
@@ -162,11 +162,6 @@ def _describe_equipment(simulators: Simulators) -> Iterator[Equipment]:
 def _short(name: str) -> str:
     """Return the name of a line in its scenario."""
     return name.partition("/")[2]
-
-
-def _point(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    x, y, z = (float(part) for part in values)
-    return x, y, z
 
 
 def _current_and_wind(simulators: Simulators) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.boom_state import BoomState, beside, signed_distance
 from booms.containment import PRACTICE_SPEED, Containment, ContainmentOptions
@@ -17,6 +16,7 @@ from booms.losses.closure_losses import ClosureLosses
 from booms.scores import HeldSpeed, LossSpeeds, TensionRecord
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from oilsim import Fluid
+from oilsim.backend.arrays import Array, Flags, Index
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.ledger import BoomOil, OilLedger
 from recordings.model.frame import EventLevel
@@ -32,7 +32,6 @@ from scenarios.watch.slick_oil import oil_of_boom, volume_ahead, volume_within
 if TYPE_CHECKING:
     from coupling.participants.slick import SlickParticipant
 
-Array = NDArray[np.float64]
 
 # [s] below its limit, beside the held speed's window, after which a rise of that speed is told anew; chosen: not in each wave
 RESTED = 5.0
@@ -53,7 +52,7 @@ class Oil(NamedTuple):
     """The oil of a run: particles at position (N, 3) [m] with ids (N,), or one slick; and what skimmers at the boom took of it [m3]."""
 
     position: Array
-    ids: NDArray[np.uint32]
+    ids: Index
     slicks: Sequence[SlickParticipant] = ()
     recovered: float = 0.0
 
@@ -264,7 +263,7 @@ class BoomScore:
             flow_share=self._layout.boom.flow_shares,
         )
 
-    def _is_afloat(self, state: BoomState) -> NDArray[np.bool_]:
+    def _is_afloat(self, state: BoomState) -> Flags:
         """Tell which segments (S,) are off their reel; the outermost one always counts."""
         afloat = np.ones(len(state.position), np.bool_)
         if self._track is not None:
@@ -352,7 +351,7 @@ class BoomScore:
         }
 
 
-def _sides_passed(tank: Tank, places: NDArray[np.float64], slack: float) -> Iterator[tuple[str, str, bool]]:
+def _sides_passed(tank: Tank, places: Array, slack: float) -> Iterator[tuple[str, str, bool]]:
     """Yield each side that some of the places (N, 2) [m] are beyond, what that means in words, and whether it ends the scoring.
 
     Places up to `slack` [m] beyond a side do not count: an end that is made fast there swings a little.

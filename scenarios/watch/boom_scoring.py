@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from booms.containment import fates_of, particle_rows
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.participants.slick import SlickParticipant
+from oilsim.backend.arrays import Array, Index
 from oilsim.core.physical_constants import KNOT
 from oilsim.oil.ledger import OilLedger, OilRows
 from recordings.model.entity_paths import BOOM, VESSELS
@@ -29,8 +30,6 @@ from scenarios.spec.resolve import RunSpec
 from scenarios.watch.boom_score import BoomScore, Notice, Oil
 from scenarios.watch.slick_oil import volume_within
 from vessels.vessel import Vessel
-
-Array = NDArray[np.float64]
 
 
 class Scoring:
@@ -191,7 +190,7 @@ class Scoring:
         of_oils = [self._fluid.phase_positions(name) for name in self._particle_oils]
         return np.concatenate([np.zeros((0, 3)), *of_oils])
 
-    def _ids(self) -> NDArray[np.uint32]:
+    def _ids(self) -> Index:
         """Return the ids (N,) of the oil that is particles, in the order of its positions."""
         of_oils = [self._fluid.phase_ids(name) for name in self._particle_oils]
         return np.concatenate([np.zeros(0, np.uint32), *of_oils])

@@ -24,14 +24,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.master.exchange_ledger import ExchangeLedger
 from coupling.participants.fluid import FluidParticipant
-from oilsim import AdvanceReport, Fluid
+from oilsim import Fluid
+from oilsim.backend.arrays import Array
 
-Array = NDArray[np.float64]
 WallSeconds = Callable[[], Mapping[str, float]]
 
 
@@ -64,11 +63,6 @@ class CouplingAccount:
     def follow(self, wall_seconds: WallSeconds) -> None:
         """Take the participants' wall time so far [s], by name, from `wall_seconds`."""
         self._wall_seconds = wall_seconds
-
-    @property
-    def report(self) -> AdvanceReport | None:
-        """The fluid's report on the last communication step; None before the first."""
-        return self._participant.report
 
     def save_state(self) -> dict[str, Any]:
         """Return the account as it stands, as plain data."""

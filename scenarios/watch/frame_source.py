@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
@@ -16,6 +15,7 @@ from coupling.master.participant import Causality, Participant
 from coupling.multibody.lines import ElasticLine
 from coupling.multibody.mooring_leg import MooringLeg
 from oilsim import Fluid
+from oilsim.backend.arrays import Array
 from recordings.model.entity_paths import BOOM
 from recordings.model.frame import (
     BodyFrame,
@@ -35,8 +35,6 @@ from scenarios.watch.run_accounts import RunAccounts
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.slick_oil import phase_of
 from scenarios.watch.water_surface import sea_with_window, tank_surface
-
-Array = NDArray[np.float64]
 
 SPATIAL = 3  # [1] dimensions of a run that is no slice
 Reading = Callable[[], Mapping[str, float]]

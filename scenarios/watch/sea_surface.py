@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array, Flags, Ints, Real
 from oilsim.sea import Sea
 from recordings.model.surface import FilmFrame, SurfaceFrame
 from scenarios.watch.slick_oil import spots_of_slick
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from oilsim.slick.barriers import Barriers
     from oilsim.slick.slick import Slick
 
-Array = NDArray[np.float64]
 
 INNER_LINES = 33  # [1] grid lines across the exercise: 4 a wave length show waves longer than an eighth of it at their full height
 OUTER_LINES = 6  # [1] to each side beyond
@@ -61,9 +60,7 @@ def grid_lines(low: float, high: float) -> Array:
     return np.concatenate([low - beyond[::-1], inner, high + beyond])
 
 
-def film_of(
-    spots: Array, box: tuple[float, float, float, float], barriers: Barriers | None = None
-) -> NDArray[np.float32]:
+def film_of(spots: Array, box: tuple[float, float, float, float], barriers: Barriers | None = None) -> Real:
     """Return the thickness (R, C) [m] of round spots (N, 5) in the cells of a box: x, y, radius, thickness [m], fate.
 
     Each spot lays its thickness on the cells whose centres it covers; a spot smaller than a cell lays its volume on the nearest one, and
@@ -82,7 +79,7 @@ def film_of(
     return square.astype(np.float32)
 
 
-def _nearest_cells(center: Array, low: Array, cell: Array, barriers: Barriers | None) -> NDArray[np.int64]:
+def _nearest_cells(center: Array, low: Array, cell: Array, barriers: Barriers | None) -> Ints:
     """Return the cells (N, 2) whose centres are nearest to places (N, 2) [cells], if there is one across no barrier."""
     corners = np.floor(center)[:, None, :] + np.array([(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)])
     far = np.linalg.norm(corners - center[:, None, :], axis=2)
@@ -91,14 +88,14 @@ def _nearest_cells(center: Array, low: Array, cell: Array, barriers: Barriers | 
     return chosen.astype(np.int64)
 
 
-def _links(low: Array, cell: Array, barriers: Barriers | None) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _links(low: Array, cell: Array, barriers: Barriers | None) -> tuple[Flags, Flags]:
     """Return which neighbouring cells, along x (R - 1, C) and along y (R, C - 1), no barrier parts."""
     places = np.stack(np.meshgrid(*2 * [np.arange(float(FILM_CELLS))], indexing="ij"), axis=2)
     along_x, along_y = (places[:-1], places[1:]), (places[:, :-1], places[:, 1:])
     return ~_parted(*along_x, low, cell, barriers), ~_parted(*along_y, low, cell, barriers)
 
 
-def _parted(origin: Array, target: Array, low: Array, cell: Array, barriers: Barriers | None) -> NDArray[np.bool_]:
+def _parted(origin: Array, target: Array, low: Array, cell: Array, barriers: Barriers | None) -> Flags:
     """Return whether a barrier lies between places (..., 2) [cells] and others."""
     if barriers is None or not len(barriers.start):
         return np.zeros(origin.shape[:-1], np.bool_)
@@ -109,7 +106,7 @@ def _parted(origin: Array, target: Array, low: Array, cell: Array, barriers: Bar
     return np.asarray(met).reshape(origin.shape[:-1])
 
 
-def _smoothed(film: Array, open_x: NDArray[np.bool_], open_y: NDArray[np.bool_]) -> Array:
+def _smoothed(film: Array, open_x: Flags, open_y: Flags) -> Array:
     """Return a film (R, C) [m] whose neighbouring cells have exchanged oil where nothing parts them; the volume stays."""
     square = film.copy()
     for _ in range(PASSES):
@@ -137,7 +134,7 @@ def _discs(center: Array, radius: Array, thickness: Array) -> Array:
     return np.where(film > ROUND_OFF, film, 0.0)
 
 
-def _lay(film: Array, at: NDArray[np.int64], thickness: Array) -> None:
+def _lay(film: Array, at: Ints, thickness: Array) -> None:
     """Add thicknesses (N,) [m] to the cells at (N, 2) that lie in the film."""
     inside = ((at >= 0) & (at < FILM_CELLS)).all(axis=1)
     film += np.bincount(at[inside] @ (FILM_CELLS, 1), weights=thickness[inside], minlength=film.size)

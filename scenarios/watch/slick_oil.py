@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.boom_state import nearest_image, signed_distance
 from booms.containment import Containment, fates_of
+from oilsim.backend.arrays import Array, Flags, Index, Real
 from oilsim.oil.fates import CAUSES, Fate
 from oilsim.oil.ledger import BoomOil
 from recordings.model.frame import PhaseFrame
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from oilsim.slick.parcels import Parcels, Rows
     from oilsim.slick.slick import Slick
 
-Spots = NDArray[np.float32]
 
 BANKED_UP = 0.01  # [m] thickest that a film is drawn so that it ends at a barrier; all oil above 0.2 mm has one colour
 
@@ -40,7 +39,7 @@ def oil_of_boom(slick: SlickParticipant, boom: str) -> BoomOil:
     )
 
 
-def volume_within(slick: SlickParticipant, corners: NDArray[np.float64]) -> float:
+def volume_within(slick: SlickParticipant, corners: Array) -> float:
     """Return the oil [m3] on the water and ashore within a polygon of corners (K, 2) [m]."""
     parcels = slick.slick.parcels
     there = parcels.there()
@@ -51,8 +50,8 @@ def volume_within(slick: SlickParticipant, corners: NDArray[np.float64]) -> floa
 
 
 def volume_ahead(
-    oil: tuple[NDArray[np.float64], NDArray[np.uint32], Sequence[SlickParticipant]],
-    line: NDArray[np.float64],
+    oil: tuple[Array, Index, Sequence[SlickParticipant]],
+    line: Array,
     boom: Containment,
 ) -> float:
     """Return the oil [m3] that a boom may still meet, ahead of its mouth or on its way into it: afloat, and neither held nor lost.
@@ -69,7 +68,7 @@ def volume_ahead(
     return float(is_ahead(places, line).sum()) * boom.options.particle_volume
 
 
-def is_ahead(places: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.bool_]:
+def is_ahead(places: Array, line: Array) -> Flags:
     """Tell which places (N, 2) [m] lie within a boom, or beyond the line through its ends where its mouth opens; line (S + 1, 2)."""
     middle = 0.5 * (line[0] + line[-1])
     across = line[-1] - line[0]
@@ -102,14 +101,14 @@ def phase_of(slick: SlickParticipant, oil: int, sea: Sea, time: float) -> PhaseF
     )
 
 
-def film_thickness(parcels: Parcels, rows: Rows) -> NDArray[np.float64]:
+def film_thickness(parcels: Parcels, rows: Rows) -> Array:
     """Return the thickness (M,) [m] of the oil at parcels of rows (M,), no less than oil of their volume would have by itself at last."""
     from oilsim.slick.gradient_flow import final_thickness
 
     return np.maximum(parcels.thickness[rows], final_thickness(parcels.volume[rows]))
 
 
-def spots_of_slick(slick: Slick) -> Spots:
+def spots_of_slick(slick: Slick) -> Real:
     """Return the parcels that are not recovered as spots (N, 5): x, y, radius, thickness [m], fate; area times thickness is the volume.
 
     No spot is wider than oil of its volume would spread by itself (`final_thickness`). One beside a boom, a hull or a shore ends there:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from oilsim.backend.arrays import Array, Ints
 from oilsim.sea import Sea
 from recordings.model.surface import SurfaceFrame
 from scenarios.watch.sea_surface import INNER_LINES, OUTER_LINES, box_around, grid_lines
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from oilsim.window.window import Window
 
-Array = NDArray[np.float64]
 
 CELL = 2.0  # [1] width of a grid's cells, in particle spacings, where the grid needs no more than `MOST_LINES`
 MOST_LINES = 65  # [1] of a tank's grid, to each side
@@ -104,7 +103,7 @@ def water_height(places: Array, x: Array, y: Array, spacing: float) -> Array:
     part = np.minimum(counts / full, 1.0)
     top = layers - 1 - np.argmax(part[..., ::-1] >= HALF_FULL, axis=-1)[..., None]
 
-    def taken(values: Array, layer: NDArray[np.int64]) -> Array:
+    def taken(values: Array, layer: Ints) -> Array:
         return np.asarray(np.take_along_axis(values, layer, axis=-1)[..., 0])
 
     above = np.where(top[..., 0] < layers - 1, taken(part, np.minimum(top + 1, layers - 1)), 0.0)

@@ -6,15 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from coupling.master.participant import (
-    Array,
-    Causality,
-    Participant,
-    Status,
-    StepResult,
-    Variable,
-    checked_value,
-)
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, checked_value
+from oilsim.backend.arrays import Array
 
 
 class Accumulator(Participant):

@@ -110,7 +110,7 @@ def test_barge_displaces_its_trapezoid(rake):
 @pytest.mark.parametrize("density", [1000.0, 1027.0])
 def test_hull_floats_at_its_design_draft(shape, density):
     hull = float_hull(shape(LENGTH, BEAM, DRAFT, DEPTH), DRAFT, water_density=density)
-    assert hull.mass_properties.mass == pytest.approx(hull.displacement, rel=1e-9)
+    assert hull.mass_properties.mass == pytest.approx(density * hull.hydrostatics.displaced_volume, rel=1e-9)
     # Archimedes, by another route: the waterplane at which the hull displaces its own mass
     waterline = waterline_for_volume(hull.mesh, hull.mass_properties.mass / density)
     assert waterline - hull.mesh.bounds[0, 2] == pytest.approx(DRAFT, abs=1e-9)

@@ -6,20 +6,17 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.boom import Boom
 from booms.deployment import BoomLayout, PlacedLine, lay_along
 from coupling.multibody.lines import Lines
+from oilsim.backend.arrays import Array
 from scenarios.schema.exercise import BoomSettings, ReelSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
 from vessels.vessel import Vessel
 
 if TYPE_CHECKING:
     from booms.reel import Track
-
-
-Array = NDArray[np.float64]
 
 
 def strung(name: str, vessel: Vessel, segment: str, points: Array, settings: BoomSettings) -> PlacedLine:

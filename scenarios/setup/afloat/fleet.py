@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.boom import Boom, BoomDesign
 from booms.deployment import (
@@ -24,6 +23,7 @@ from booms.deployment import (
     tow_line,
 )
 from coupling.participants.plan_barriers import Beach
+from oilsim.backend.arrays import Array
 from scenarios.schema.exercise import BoomSettings, TowSettings, VesselSettings, body_of
 from scenarios.schema.moorings import held_ends, leg_that_holds, tied_ends
 from scenarios.schema.parsing.quantity_fields import Point2
@@ -40,8 +40,6 @@ from vessels.hull_forces import HullForces
 from vessels.looks import drawn_vessel
 from vessels.vessel import ControlGains, Propulsion, Superstructure, Vessel
 from vessels.windage import DRAG_COEFFICIENT, Windage
-
-Array = NDArray[np.float64]
 
 LINE_MASS = 0.1  # [kg/m], mass of a tow line
 LINE_DIAMETER = 0.02  # [m]

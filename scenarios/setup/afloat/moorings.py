@@ -7,21 +7,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from booms.deployment import BoomLayout, PlacedLine
 from booms.equilibrium import HangingBoom, Tie, tied_lines
 from coupling.bullet.rigid_body_world import RigidBodyWorld
 from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.participants.plan_barriers import Beach
+from oilsim.backend.arrays import Array
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.moorings import MooringSettings, PartSettings, TieSettings, held_ends, tied_ends
 from scenarios.schema.sea import ShoreSettings
 from scenarios.setup.solids.placed_solids import Solid, vector
 from scenarios.text.problems import Problem
 from vessels.ground_tackle import Rope, laid_anchor, leg_part
-
-Array = NDArray[np.float64]
 
 LEG_RELAXATION_TIME = 0.02  # [s], as of an elastic line; the water around what is moored damps more
 ENTRY = "moorings"  # names of legs in the run: moorings/NAME

@@ -12,7 +12,6 @@ from typing import Any, Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from booms.deployment import PlacedBody
@@ -24,13 +23,13 @@ from coupling.solids.solid_mesh import SolidMesh
 from coupling.solids.surface_sampling import SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD, plates_of
 from oilsim import BoundaryParticles
+from oilsim.backend.arrays import Array
 from oilsim.core.phases import RIGHT_ANGLE
 from recordings.model.frame import Color, MeshDescription
 from scenarios.schema.bodies import Body, BoxBody, CylinderBody, Fixed, MeshBody, RockBody, SineMotion, SphereBody
 from scenarios.schema.parsing.quantity_fields import Vector
 from scenarios.text.problems import Problem, problems_of
 
-Array = NDArray[np.float64]
 ROCK_BUMPS = 24
 
 HELD_DENSITY = 1000.0  # [kg/m3] of a held body, whose mass nobody feels

@@ -14,8 +14,9 @@ from coupling.master.connection import Connection, Link
 from coupling.master.errors import CoSimulationError, CouplingSetupError
 from coupling.master.exchange_ledger import Exchange, ExchangeLedger
 from coupling.master.observer_dispatch import Watching
-from coupling.master.participant import Array, Causality, Participant, Status, StepResult, Variable, variable_table
+from coupling.master.participant import Causality, Participant, Status, StepResult, Variable, variable_table
 from coupling.master.units import Unit
+from oilsim.backend.arrays import Array
 from recordings.model.frame import Event, Frame, RunDescription
 from tests.coupling.accumulator import Accumulator
 

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from coupling.bullet.rigid_body_world import RigidBodyWorld
-from coupling.multibody.catenary import distance_under, pull_of, shape_of, span_of
+from coupling.multibody.catenary import distance_under, pull_of, span_of
 from coupling.multibody.ground_tackle import Anchor, LegPart
 from coupling.solids.bodies import box, mass_properties
 
@@ -114,14 +114,6 @@ def test_slack_leg_pulls_only_by_what_hangs() -> None:
     pull = pull_of(table(CHAIN), 2.0, 15.0, (1.0, 1.0))
     assert pull.horizontal == pull.stiffness == pull.at_anchor == 0.0
     assert pull.vertical == pytest.approx(120.0 * 15.0, rel=1e-3)  # and stretches by a thousandth of that
-
-
-def test_shape_runs_from_the_body_to_the_anchor() -> None:
-    pull = pull_of(table(ROPE, CHAIN), 56.0, 15.0, (1.0, 1.0))
-    shape = shape_of(table(ROPE, CHAIN), pull, 60)
-    assert shape[0] == pytest.approx([56.0, 15.0], abs=1e-6)
-    assert shape[-1] == pytest.approx([0.0, 0.0])
-    assert (np.diff(shape, axis=0) <= 1e-9).all()
 
 
 @pytest.fixture

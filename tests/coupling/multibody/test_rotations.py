@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from coupling.multibody.rotations import applied, cross, in_world, places_of, rotation_matrices, turned
+from coupling.multibody.rotations import applied, cross, in_world, places_of, turned
+from oilsim.loads.body_axes import rotation_matrices
 
 DICE = np.random.default_rng(5)
 TURNS, OTHERS = (Rotation.random(20, random_state=seed) for seed in (1, 2))

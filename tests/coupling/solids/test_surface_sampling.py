@@ -15,8 +15,7 @@ from coupling.solids.bodies import box, capsule, cylinder, sphere
 from coupling.solids.signed_distance import SignedDistance
 from coupling.solids.surface_sampling import PITCH, SurfaceSampling, particles_of, sample_surface
 from coupling.solids.thin_parts import HELD
-from oilsim.boundaries.boundary_particles import half_space_integral, lattice_wall_factor
-from oilsim.neighborhood.smoothing_kernels import SUPPORT, lattice, normalisation
+from oilsim.neighborhood.smoothing_kernels import SUPPORT, kernel, lattice, normalisation
 
 Array = npt.NDArray[np.float64]
 SIGMA = normalisation(1.0, 3)
@@ -203,13 +202,30 @@ def probes_outside(solid: SignedDistance, distance: float, count: int) -> Array:
     return points
 
 
+def kernel_sum(points: Array) -> float:
+    return float(kernel(np.linalg.norm(points, axis=1) / SUPPORT, SIGMA).sum())
+
+
+def half_space_integral(distance: float) -> float:
+    """The integral of the kernel beyond a plane."""
+    step = 1.0 / 16.0
+    points = lattice(step, 3) + 0.5 * step
+    return kernel_sum(points[points[:, 2] < -distance]) * step**3
+
+
+def wall_factor() -> float:
+    """c = lattice sum over integral of the kernel beyond a plane half a spacing away."""
+    points = lattice(1.0, 3)
+    return kernel_sum(points[points[:, 2] < -0.5]) / half_space_integral(0.5)
+
+
 def slope_factor() -> float:
     """c' = lattice sum over integral of the normal gradient beyond a plane half a spacing away."""
     points = lattice(1.0, 3)
     below = points[points[:, 2] < -0.5]
     q = np.linalg.norm(below, axis=1) / SUPPORT
     total = float((slope_of(q) * -below[:, 2]).sum() / SUPPORT**2)
-    return total / ((half_space_integral(0.5625, 3) - half_space_integral(0.4375, 3)) / 0.125)
+    return total / ((half_space_integral(0.5625) - half_space_integral(0.4375)) / 0.125)
 
 
 UNSEEN = {
@@ -234,10 +250,10 @@ def test_liquid_sees_as_much_of_the_solid_and_its_gradient_as_of_a_lattice(name:
     share_expected, gradient_expected = kernel_integrals(solid, probes)
     # in parts of what a flat wall shows: in front of a sharp edge there is little to be seen. Places are random, while liquid settles
     # where it sees less, between the points
-    error = (share / lattice_wall_factor(3) - share_expected) / half_space_integral(0.5, 3)
+    error = (share / wall_factor() - share_expected) / half_space_integral(0.5)
     assert 0.01 < error.mean() < 0.025
     assert math.sqrt(np.mean(error**2)) < 0.035
-    flat = (half_space_integral(0.4375, 3) - half_space_integral(0.5625, 3)) / 0.125
+    flat = (half_space_integral(0.4375) - half_space_integral(0.5625)) / 0.125
     miss = (gradient / slope_factor() - gradient_expected) / flat
     along = (miss * gradient_expected).sum(axis=1) / np.linalg.norm(gradient_expected, axis=1)
     assert abs(along.mean()) < 0.02

@@ -102,6 +102,12 @@ def _take(row: Mapping[str, str], found: _Cleaning) -> None:
         found.oils.append(oil)
 
 
+def _rises_when_warmed(oil: OilRecord, quantity: str, slack: float) -> bool:
+    """Tell whether a mean of a quantity of the fresh oil is above `slack` times that at the next lower temperature."""
+    values = oil._means(quantity)[1]
+    return bool((values[1:] > slack * values[:-1]).any())
+
+
 def _fault(oil: OilRecord) -> str:
     """Say why an oil is refused; empty if it is not."""
     fresh = [point for point in oil.measurements if point.evaporated == 0.0]
@@ -116,7 +122,7 @@ def _fault(oil: OilRecord) -> str:
         return f"density {density:.0f} kg/m3 at 60 F contradicts API gravity {oil.api:g} ({api_density(oil.api):.0f} kg/m3)"
     if not DENSITIES[0] <= oil.density_at(15.0) <= DENSITIES[1]:
         return f"density {oil.density_at(15.0):.0f} kg/m3 at 15 C is no oil's"
-    rising = [quantity for quantity, slack in RISES.items() if oil.rises_when_warmed(quantity, slack)]
+    rising = [quantity for quantity, slack in RISES.items() if _rises_when_warmed(oil, quantity, slack)]
     if rising:
         return f"{' and '.join(rising)} rises with temperature"
     strays = [point for point in fresh if point.quantity == "viscosity" and _strays(oil, point)]
