@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import ParamSpec, Protocol, TypeVar
 
 import numpy as np
 import pytest
@@ -124,9 +124,9 @@ class TestBench:
             self._stack.callback(run.close)
         self._stack.close()
 
-    def closing(self, run: Any) -> None:
-        """Close something with the test."""
-        self._stack.callback(run.close)
+    def at_end(self, call: Callable[..., object], *arguments: object) -> None:
+        """Call a function at the end of the test."""
+        self._stack.callback(call, *arguments)
 
     def making(self, make: Callable[Terms, AnyRun]) -> Callable[Terms, AnyRun]:
         """Return a function that makes runs as `make` does, watches and later closes them."""
