@@ -3,9 +3,8 @@
 Its water begins at rest, and stays so where nothing disturbs it, whatever current and waves the sea has: it may sleep. The box has no
 sides, since it repeats. Its floor is a slip wall at a place at rest, which moves with the water of that depth, so that the sea's own waves
 do not feel it; what bodies add feels it as the bottom of a basin, from waves of twice its depth on. Bodies are brought from the sea into
-the places at rest, and their loads back, by `LocalMotion` (`local_motion`).
+the places at rest, and their loads back, by `LocalMotion`.
 
-Bodies are brought into the places at rest of a window, and their loads back, by the motion of the sea where they are.
 A body small against the waves moves with a frame of its own: the mean displacement D and velocity U of the undisturbed sea over the body,
 and the turn R from the vertical to the normal of the mean surface. Seen from it, the body has
 
