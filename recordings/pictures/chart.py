@@ -31,6 +31,7 @@ from recordings.replay.moments import Moment, placed_vertices
 from recordings.replay.recording import Replay, Series
 
 Points = npt.NDArray[np.floating]
+_SAND, _SHOAL = "#efe4c6", "#c3dcea"  # dry land, and what lies under water
 _FLAT = 0.2  # a scene is seen from the side if its width is less than this fraction of its length
 _FEWEST = 10  # fewer particles than this get no outline
 _OUTLINE_CELLS = 2.0  # cells of the outline's grid, in particle spacings
@@ -214,22 +215,27 @@ def draw_body(
 
 
 def draw_land(axes: Axes, run: RunDescription, moment: Moment) -> None:
-    """Draw the site's chart, what of a shore is dry in still water, and all land, without framing what is larger than the scene."""
+    """Draw the site's chart, what of a shore is dry in still water, land and shoals, without framing what is larger than the scene."""
     chart = None if run.site is None else run.site.chart
     if chart is not None:
         _draw_chart(axes, chart)
-    sand: dict[str, Any] = {"facecolor": "#efe4c6", "alpha": 1.0 if chart is None else 0.3, "zorder": 0.5}
+    faint: dict[str, Any] = {"alpha": 1.0 if chart is None else 0.3, "zorder": 0.5}
     for name in filter(is_ground, run.meshes.keys() & moment.bodies.keys()):
         points = placed_vertices(run.meshes[name].vertices, moment.bodies[name])
-        level = run.exercise.water_level if name == GROUND and run.exercise is not None else points[:, 2].max()
+        level = run.exercise.water_level if run.exercise is not None else points[:, 2].max()
         dry = points[:, 2] >= level - _ROUNDING
         if name == GROUND and dry.sum() > 2:
             corners = points[dry, :2]
-            axes.add_artist(Polygon(corners[ConvexHull(corners).vertices], edgecolor="#a58f5b", gid=name, **sand))
+            axes.add_artist(
+                Polygon(corners[ConvexHull(corners).vertices], facecolor=_SAND, edgecolor="#a58f5b", gid=name, **faint)
+            )
         elif name != GROUND:
-            faces = np.asarray(run.meshes[name].faces)
-            top = points[faces[dry[faces].all(axis=1)]][..., :2]
-            axes.add_artist(PolyCollection(list(top), edgecolor="face", gid=name, **sand))
+            corners = points[np.asarray(run.meshes[name].faces)]
+            floor = points[:, 2].min() + _ROUNDING
+            tops = corners[(np.ptp(corners[..., 2], axis=1) < _ROUNDING) & (corners[..., 2].min(axis=1) > floor)]
+            tops = tops[np.argsort(tops[:, 0, 2])]  # the deepest of all before the others
+            tints = [_SAND if top[0, 2] >= level - _ROUNDING else _SHOAL for top in tops]
+            axes.add_artist(PolyCollection(list(tops[..., :2]), facecolor=tints, edgecolor="face", gid=name, **faint))
 
 
 def _draw_chart(axes: Axes, chart: ChartImage) -> None:

@@ -91,7 +91,7 @@ COMMENTS = {
     "sea": "depth [m], current, wind and waves; they go to direction_deg from +x; or use toward_compass and from_compass",
     "shore": "a straight shore of one slope: where its waterline is, and which way is out to sea",
     "areas": "sensitive areas, as an intake or a reed bed: corners [m], or a GeoJSON file; the oil in them is told",
-    "land": "land of your own harbour: corners [m], or a GeoJSON file; the stream runs along it",
+    "land": "land and shoals of your own harbour: corners [m], or a GeoJSON file; the stream runs along them",
     "site": "where the exercise lies on Earth, and a chart to show under plan and map",
     "tow": "orders to all vessels without legs of their own: speed over the ground, heading, and when they get under way [s]",
     "vessels": "vessels: size and place [m], bollard pull [N], or vessel = a name of `oilsim vessels`; legs = [...] are its own orders",

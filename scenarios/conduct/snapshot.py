@@ -24,12 +24,11 @@ from recordings.model import palette
 from recordings.model.exercise import GROUND, BoomDescription
 from recordings.model.frame import Frame
 from recordings.model.words import CAUSE_IN_WORDS, LEADING
-from scenarios.conduct.history import Means
+from scenarios.conduct.averages import Means
 from scenarios.running.assembly import Assembly
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of, joint_name
 from scenarios.schema.sea import SeaSettings
 from scenarios.setup.afloat.moorings import leg_name, tie_name
-from scenarios.setup.at_sea.land import outlines_of, read_land
 from scenarios.spec.resolve import RunSpec
 from scenarios.spec.scenario import Scenario
 from scenarios.watch.slick_oil import spots_of_slick
@@ -209,12 +208,15 @@ def _footprints(assembly: Assembly) -> dict[str, list[list[float]]]:
     return {name: outline for name, outline in found.items() if outline}
 
 
-def _land(assembly: Assembly) -> list[list[list[float]]]:
-    """Return the outlines [m] in plan of the shore that is dry in still water at the start, and of all land."""
+def _land(assembly: Assembly) -> list[dict[str, Any]]:
+    """Return the outlines [m] in plan of land and shoals with the water [m] over them, and of the shore that is dry at the start."""
     grounds = [np.asarray(one.world_mesh().vertices) for one in assembly.solids if one.name == GROUND]
     dry = [_hull(points[points[:, 2] >= assembly.level - 0.01]) for points in grounds]
-    outlines = outlines_of(read_land(assembly.scenario.land, assembly.scenario.site, []))
-    return [*filter(None, dry), *([list(corner) for corner in outline] for outline in outlines)]
+    deepest_first = sorted(assembly.land, key=lambda one: -one[1])
+    return [
+        *({"outline": outline, "depth": 0.0} for outline in dry if outline),
+        *({"outline": list(map(list, outline)), "depth": depth} for outline, depth in deepest_first),
+    ]
 
 
 def _hull(points: NDArray[np.float64]) -> list[list[float]]:

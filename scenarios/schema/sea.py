@@ -199,15 +199,18 @@ class AreaSettings(Section):
 
 @dataclass(frozen=True, kw_only=True)
 class LandSettings(AreaSettings):
-    """Land with steep sides, at the fidelity none: the stream runs along it, oil strands on it, vessels and booms run aground on it.
+    """Land or a shoal with steep sides, at the fidelity none: the stream runs along it, vessels and booms run aground on it.
 
-    `sea.current` is the current far out. Along the land it is a potential flow, which has no eddies (*modelled*; page "Sea"). Waves and
-    wind do not feel the land.
+    `sea.current` is the current far out. Along land and over shoals it is a potential flow of their depths, without friction and without
+    eddies (*modelled*; page "Sea"). Oil strands on dry land. Waves and wind feel neither.
 
     outline, file  as of [areas.NAME]; holes in polygons are land
-    capacity       [m3/m] oil that a metre of its edge takes
+    depth          [m] of the still water over it at the start; 0: dry land. Polygons of a file have their own as the property `depth` (or
+                   `DRVAL1` of electronic charts); those as deep as the sea are left out
+    capacity       [m3/m] oil that a metre of the edge of dry land takes
     """
 
+    depth: float = quantity("m", default=0.0, at_least=0.0)
     capacity: float = quantity("m3/m", default=0.02, at_least=0.0)
 
 

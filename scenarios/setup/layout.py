@@ -21,7 +21,7 @@ from scenarios.schema.run_settings import BodyProbe, Probe
 from scenarios.setup.afloat.fleet import LINE_RELAXATION_TIME, Fleet, Waters, place_fleet
 from scenarios.setup.afloat.moorings import add_legs, beach_of, tie_name
 from scenarios.setup.at_sea.build_sea import build_sea
-from scenarios.setup.at_sea.land import Corners, Land, outlines_of, read_land, read_outlines, stream_along
+from scenarios.setup.at_sea.land import Corners, Land, polygons_of, read_land, read_polygons, stream_along
 from scenarios.setup.at_sea.sea_loads import load_bodies, shore_solid
 from scenarios.setup.fill_lattice import empty_regions, off_lattice, placed_regions
 from scenarios.setup.fluid import clear_of, pipe_problems, water_level
@@ -70,13 +70,16 @@ def lay_out(spec: RunSpec) -> Layout:
     regions = placed_regions(spec.fill, spec.domain, fluid.particle_spacing, fluid.dimension)
     problems += empty_regions(spec.fill, regions, spec.domain, fluid.particle_spacing, fluid.dimension)
     sea_spec = spec.sea_at(water_level(spec, regions))
-    waters, land = _waters(spec, sea_spec), read_land(spec.land, spec.site, problems)
-    areas = read_outlines("areas", spec.areas, spec.site, problems)
+    waters, land = _waters(spec, sea_spec), read_land(spec.land, spec.site, sea_spec.depth, problems)
+    areas = {
+        name: tuple(corners for corners, _ in polygons)
+        for name, polygons in read_polygons("areas", spec.areas, spec.site, problems).items()
+    }
     chart = read_chart(spec.site, problems)
     own = own_solids(spec.bodies, problems)
     fleet = place_fleet(spec, waters, own, problems)
     shores = () if waters.beach is None else (shore_solid(waters.beach, sea_spec.depth),)
-    grounds = (one.solid(name, sea_spec.level, sea_spec.depth) for name, one in land.items())
+    grounds = (one.solid(name, sea_spec.level, sea_spec.depth) for name, one in land.items() if one.polygons)
     solids = (*own, *fleet.solids, *shores, *grounds)
     unsampled = list(_sampling_problems(solids, fluid.particle_spacing)) if spec.in_tank else []
     problems += unsampled
@@ -151,7 +154,7 @@ def _sea(spec: RunSpec, sea: SeaSpec, land: Mapping[str, Land], problems: list[P
     except ScenarioError as error:
         problems += error.problems
         return None
-    return Sea(replace(built.description, along_land=stream_along(outlines_of(land)))) if land else built
+    return Sea(replace(built.description, along_land=stream_along(polygons_of(land), sea.depth))) if land else built
 
 
 def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array]) -> Iterator[Problem]:

@@ -21,7 +21,7 @@ from scenarios.schema.exercise import body_of
 from scenarios.schema.recovery import SkimmerSettings
 from scenarios.setup.afloat.boom_remarks import boom_remarks
 from scenarios.setup.afloat.fleet import Fleet
-from scenarios.setup.at_sea.land import Corners
+from scenarios.setup.at_sea.land import Corners, Polygon, polygons_of
 from scenarios.setup.at_sea.run_sea import RunSea
 from scenarios.setup.cost import surfaces_off
 from scenarios.setup.fluid import air_remarks, build_fluid, drive, interface_remarks
@@ -48,7 +48,8 @@ class Simulators:
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, in words; sea: as it is now;
     facts: what comes of windows' resolution, in words;
     slicks: the oil that is parcels, one slick or none; skimmers: what takes it off the water; window: the box of particles of a
-    run at sea, which has `fluid`; None in other runs; areas: outlines [m] of those that are sensitive, by name; chart: of the site.
+    run at sea, which has `fluid`; None in other runs; areas: outlines [m] of those that are sensitive, by name; land: polygons; chart: of
+    the site.
     """
 
     scenario: RunSpec
@@ -70,6 +71,7 @@ class Simulators:
     window: Window | None = None
     areas: Mapping[str, Sequence[Corners]] = field(default_factory=dict)
     chart: ChartImage | None = None
+    land: Sequence[Polygon] = ()
 
     def positions(self, phase: str, time: float) -> NDArray[np.float32]:
         """Return where the particles (N, 3) [m] of a phase are at `time` [s], in the order of their ids."""
@@ -123,6 +125,7 @@ def build_simulators(spec: RunSpec) -> Simulators:
         skimmers=skimmers,
         areas=layout.areas,
         chart=layout.chart.image,
+        land=polygons_of(layout.land),
     )
 
 

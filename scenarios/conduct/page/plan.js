@@ -135,15 +135,18 @@ export class PlanView {
     pen.fillStyle = "#dcebf2";
     pen.fillRect(0, 0, this.width, this.height);
     if (this.chart) this.drawChart(pen);
-    for (const outline of this.scene.land) this.polygon(pen, outline, this.chart ? "rgba(227,211,172,.3)" : "#e3d3ac", "#a58f5b");
+    for (const { outline, depth } of this.scene.land) {
+      const tint = depth ? "127,176,208" : "227,211,172";
+      this.polygon(pen, outline, `rgba(${tint},${this.chart ? 0.3 : 1})`, depth ? "#7fa8c0" : "#a58f5b");
+      if (depth) label(pen, `${depth} m`, ...this.at(...meanOf(outline)));
+    }
     this.drawOil(pen);
     drawFurniture(pen, this); // below all that floats, so that it hides none of it
     for (const outline of Object.values(this.scene.bodies)) this.polygon(pen, outline, "#b9ae9c", "#6f6555");
     for (const boom of this.scene.booms) if (boom.area.length) this.polygon(pen, boom.area, "rgba(23,115,74,.12)", "#17734a");
     for (const [name, outlines] of Object.entries(this.scene.areas)) {
       for (const outline of outlines) this.polygon(pen, outline, "rgba(23,115,74,.12)", "#17734a");
-      const middle = outlines[0].reduce(([x, y], one) => [x + one[0] / outlines[0].length, y + one[1] / outlines[0].length], [0, 0]);
-      label(pen, name, ...this.at(...middle));
+      label(pen, name, ...this.at(...meanOf(outlines[0])));
     }
     this.drawTracks(pen);
     for (const boom of this.scene.booms) this.drawBoom(pen, boom, this.state.booms[boom.name]);
@@ -301,6 +304,7 @@ export class PlanView {
   }
 }
 
+const meanOf = (points) => points.reduce(([x, y], one) => [x + one[0] / points.length, y + one[1] / points.length], [0, 0]);
 const middleOf = (low, high) => [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
 function bounds(points) {
   const low = [Infinity, Infinity], high = [-Infinity, -Infinity];

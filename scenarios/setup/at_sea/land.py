@@ -1,9 +1,9 @@
-"""Land of a school's own harbour: its outlines from corners or GeoJSON, the stream along it, and the ground that vessels run on."""
+"""Land and shoals of a school's own harbour: their outlines from corners or GeoJSON, the stream along them, and what vessels run on."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain
@@ -28,6 +28,7 @@ from scenarios.text.problems import Problem, reason_of
 
 Double = NDArray[np.float64]
 Corners = tuple[tuple[float, float], ...]
+Polygon = tuple[Corners, float]  # corners (x, y) [m], and the still water [m] over what is within them; 0: land
 
 # cells of the stream's grid along its longer side; numerical; a circular island's stream is within 2 % with them
 CELLS = 240
@@ -37,6 +38,8 @@ PARTS = 4
 BEYOND = 1.0
 # [1] pull on psi to 0, of which water that land encloses has nothing else; numerical
 ENCLOSED = 1e-10
+# properties of a feature that tell the water [m] over it: the plain word, and that of depth areas of electronic charts (S-57, DEPARE)
+DEPTHS = ("depth", "DRVAL1")
 # [m] of land from the origin; numerical; the tangent plane is some metres wrong there
 FARTHEST = 20e3
 # [m2] of land; numerical; a bollard's
@@ -49,10 +52,15 @@ GRASS = (158, 170, 122, 255)
 
 @dataclass(frozen=True)
 class Land:
-    """Land in plan: outlines, each (K, 2) [m], without their first corner again at the end; capacity [m3/m] of oil along them."""
+    """Land and shoals in plan: polygons without their first corner again at the end; capacity [m3/m] of oil along dry land."""
 
-    outlines: tuple[Corners, ...]
+    polygons: tuple[Polygon, ...]
     capacity: float
+
+    @property
+    def outlines(self) -> tuple[Corners, ...]:
+        """The outlines of what is dry."""
+        return tuple(corners for corners, depth in self.polygons if depth == 0.0)
 
     def barriers(self, name: str) -> list[Outline]:
         """Return the outlines to which oil sticks, in sides of a few metres, each with its own room."""
@@ -62,13 +70,15 @@ class Land:
         ]
 
     def solid(self, name: str, level: float, depth: float) -> Solid:
-        """Return the land as a fixed body with steep sides, from the sea's floor to above the water's level [m]."""
-        from manifold3d import CrossSection, FillRule
+        """Return land and shoals as a fixed body with steep sides on the sea's floor, under water of `depth` and a `level` [m]."""
+        from manifold3d import CrossSection, FillRule, Manifold
 
-        rings = [
-            np.array(one)[:: 1 if _area(one) > 0.0 else -1] for one in self.outlines
-        ]  # what overlaps is land all the same
-        built = CrossSection(rings, FillRule.Positive).extrude(depth + RISE).to_mesh()
+        by_height: dict[float, list[Double]] = {}
+        for corners, water in self.polygons:
+            ring = np.array(corners)[:: 1 if _area(corners) > 0.0 else -1]  # what overlaps is land all the same
+            by_height.setdefault(depth - water if water else depth + RISE, []).append(ring)
+        parts = [CrossSection(rings, FillRule.Positive).extrude(height) for height, rings in by_height.items()]
+        built = sum(parts, Manifold()).to_mesh()
         mesh = trimesh.Trimesh(np.asarray(built.vert_properties)[:, :3], np.asarray(built.tri_verts))
         middle = mesh.center_mass
         mesh.apply_translation(-middle)
@@ -82,9 +92,9 @@ class Land:
         return Solid(placed=placed, motion="fixed", contact=True, wetted=False, color=GRASS)
 
 
-def outlines_of(land: Mapping[str, Land]) -> tuple[Corners, ...]:
-    """Return the outlines of all land."""
-    return tuple(chain.from_iterable(one.outlines for one in land.values()))
+def polygons_of(land: Mapping[str, Land]) -> tuple[Polygon, ...]:
+    """Return the polygons of all land and shoals."""
+    return tuple(chain.from_iterable(one.polygons for one in land.values()))
 
 
 def _divided(outline: Corners) -> Double:
@@ -101,28 +111,45 @@ def _divided(outline: Corners) -> Double:
 
 
 def read_land(
-    settings: Mapping[str, LandSettings], site: SiteSettings | None, problems: list[Problem]
+    settings: Mapping[str, LandSettings], site: SiteSettings | None, depth: float, problems: list[Problem]
 ) -> dict[str, Land]:
-    """Return all land by name; what is wrong with an outline or a file is added to `problems`."""
-    found = read_outlines("land", settings, site, problems)
-    return {name: Land(outlines, settings[name].capacity) for name, outlines in found.items()}
+    """Return land and shoals by name; what is wrong with an outline or a file is added to `problems`.
+
+    depth [m] of the sea: polygons of a file that lie as deep are the sea itself, and left out.
+    """
+    found = {}
+    for name, polygons in read_polygons("land", settings, site, problems).items():
+        own = settings[name].depth
+        with_depths = [(corners, own if water is None else max(water, 0.0)) for corners, water in polygons]
+        shallow = tuple(one for one in with_depths if one[1] < depth)
+        if not shallow:
+            key, least = ("file", min(water for _, water in with_depths)) if settings[name].file else ("depth", own)
+            problems.append(
+                Problem(f"land.{name}.{key}", f"is {least:g} m of water, allowed: less than the sea's {depth:g} m")
+            )
+        found[name] = Land(shallow, settings[name].capacity)
+    return found
 
 
-def read_outlines(
+def read_polygons(
     table: str, settings: Mapping[str, AreaSettings], site: SiteSettings | None, problems: list[Problem]
-) -> dict[str, tuple[Corners, ...]]:
-    """Return the outlines [m] of each entry of a table; what is wrong with one or with a file is added to `problems`."""
+) -> dict[str, list[tuple[Corners, float | None]]]:
+    """Return the corners [m] of each entry of a table, and the water [m] over them where a file tells it.
+
+    What is wrong with an entry or with a file is added to `problems`.
+    """
     found = {}
     for name, one in settings.items():
         key, file = ("outline", "") if one.outline else ("file", f"{Path(one.file).name}: ")
         try:
-            outlines = (one.outline,) if one.outline else tuple(_outlines(Path(one.file), site))
-            for number, outline in enumerate(outlines, 1):
+            given: Iterable[tuple[Corners, float | None]] = [(one.outline, None)]
+            polygons = list(given if one.outline else _polygons(Path(one.file), site))
+            for number, (outline, _) in enumerate(polygons, 1):
                 _require_land(f"polygon {number} " if file else "", outline)
         except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
             problems.append(Problem(f"{table}.{name}.{key}", f"{file}{reason_of(error)}"))
             continue
-        found[name] = outlines
+        found[name] = polygons
     return found
 
 
@@ -141,13 +168,16 @@ def _require_land(what: str, outline: Corners) -> None:
         raise ValueError(f"{what}encloses {area:.3g} m2, allowed: {SMALLEST:g} m2 or more")
 
 
-def _outlines(file: Path, site: SiteSettings | None) -> Iterator[Corners]:
-    """Yield the outer rings [m] of the polygons of a GeoJSON file (RFC 7946); ValueError for a file without any, or with other numbers."""
+def _polygons(file: Path, site: SiteSettings | None) -> Iterator[tuple[Corners, float | None]]:
+    """Yield the outer rings [m] of the polygons of a GeoJSON file (RFC 7946), and their depths [m] where it tells them.
+
+    Raises ValueError for a file without any, or with other numbers.
+    """
     assert site is not None  # the checks between tables ask for it
-    rings = list(_rings(json.loads(file.read_text(encoding="utf-8"))))
+    rings = list(_rings(json.loads(file.read_text(encoding="utf-8")), None))
     if not rings:
         raise ValueError("holds no Polygon or MultiPolygon, allowed: GeoJSON with one or more")
-    for number, ring in enumerate(rings, 1):
+    for number, (ring, depth) in enumerate(rings, 1):
         degrees = np.array([corner[:2] for corner in ring], np.float64)
         if (
             degrees.ndim != 2
@@ -156,58 +186,68 @@ def _outlines(file: Path, site: SiteSettings | None) -> Iterator[Corners]:
             or (np.abs(degrees) > (360.0, 90.0)).any()
         ):
             raise ValueError(f"polygon {number} is no ring of 4 or more positions [longitude, latitude] in degrees")
-        yield tuple(map(tuple, world_points(site.recorded, degrees[:-1, 0], degrees[:-1, 1]).tolist()))
+        if not (depth is None or (isinstance(depth, int | float) and np.isfinite(depth))):
+            raise ValueError(f"polygon {number} has the depth {depth!r}, allowed: a number of metres")
+        yield tuple(map(tuple, world_points(site.recorded, degrees[:-1, 0], degrees[:-1, 1]).tolist())), depth
 
 
-def _rings(data: Mapping[str, Any]) -> Iterator[Sequence[Any]]:
-    """Yield the outer rings of a GeoJSON object; holes, which are lakes, are land here."""
+def _rings(data: Mapping[str, Any], depth: Any) -> Iterator[tuple[Sequence[Any], Any]]:
+    """Yield the outer rings of a GeoJSON object, and the depth of their feature; holes, which are lakes, are land here."""
     kind = data.get("type")
     if kind == "Polygon":
-        yield data["coordinates"][0]
+        yield data["coordinates"][0], depth
     elif kind == "MultiPolygon":
-        yield from (polygon[0] for polygon in data["coordinates"])
+        yield from ((polygon[0], depth) for polygon in data["coordinates"])
     elif kind == "Feature":
-        yield from _rings(data["geometry"] or {})
+        properties = data.get("properties") or {}
+        own = next((properties[key] for key in DEPTHS if properties.get(key) is not None), None)
+        yield from _rings(data["geometry"] or {}, own)
     else:
-        yield from chain.from_iterable(_rings(one) for one in data.get("features", data.get("geometries", ())))
+        inner = data.get("features", data.get("geometries", ()))
+        yield from chain.from_iterable(_rings(one, depth) for one in inner)
 
 
 @cache
-def stream_along(outlines: tuple[Corners, ...]) -> Stream:
-    """Solve for the stream along all land; outlines as in `Land`.
+def stream_along(polygons: tuple[Polygon, ...], depth: float) -> Stream:
+    """Solve for the stream along all land and over all shoals, in a sea of `depth` [m] elsewhere.
 
     Finite volumes on square cells, for what land adds to a unit current e far out, psi = phi - e . x. The flow between the middles of two
-    cells passes through the share of the way that is water all along, so that no wall of a quarter of a cell leaks. psi decays as that of a
-    dipole: n . grad psi = -psi n . r / r^2 at the grid's sides, with r from the land's middle.
+    cells runs in lines side by side, each with the harmonic mean of the depths along it: none where it meets land, so that no wall of a
+    quarter of a cell leaks. psi decays as that of a dipole: n . grad psi = -psi n . r / r^2 at the grid's sides, r from the land's middle.
     """
-    water, lower, spacing = _water(outlines)
-    ways = [np.pad(_open_ways(water), ((1, 1), (0, 0)), constant_values=1.0)]
-    ways.append(np.pad(_open_ways(water.T), ((1, 1), (0, 0)), constant_values=1.0).T)
+    water, lower, spacing = _water(polygons, depth)
+    ways, shares = (
+        [_with_open_sides(_mean_depths(one)), _with_open_sides(_mean_depths(one.T)).T]
+        for one in (water, (water > 0.0).astype(np.float64))
+    )
     shape = ways[0].shape[0] - 1, ways[0].shape[1]
-    middle = (np.mean(list(chain.from_iterable(outlines)), axis=0) - lower) / spacing
-    decay = _decay(shape, middle)
+    corners = list(chain.from_iterable(one for one, _ in polygons))
+    decay = _decay(shape, (np.mean(corners, axis=0) - lower) / spacing)
     psi = _solved(ways, decay, shape)
-    cells = water.reshape(shape[0], PARTS, shape[1], PARTS).mean(axis=(1, 3))
+    parts = water.reshape(shape[0], PARTS, shape[1], PARTS)
+    openness = (parts > 0.0).mean(axis=(1, 3))
+    depths = parts.mean(axis=(1, 3)) / np.maximum(openness, 0.5 / PARTS**2)  # of the part of a cell that is water
     response = np.empty((*shape, 2, 2))
-    for axis, way in enumerate(ways):
+    for axis, (way, share) in enumerate(zip(ways, shares, strict=True)):
         rise = np.diff(
             psi, axis=axis, prepend=np.nan, append=np.nan
         )  # what is added at each face, in units of the spacing
         first, last = (np.take(psi, end, axis) * np.take(decay[axis], end, axis)[..., None] for end in (0, -1))
         np.moveaxis(rise, axis, 0)[0], np.moveaxis(rise, axis, 0)[-1] = first, -last
         flux = way[..., None] * (rise + np.eye(2)[axis])
-        low, high = (np.take(way, range(end, way.shape[axis] - 1 + end), axis) for end in (0, 1))
+        low, high = (np.take(share, range(end, share.shape[axis] - 1 + end), axis) for end in (0, 1))
         total = sum(np.take(flux, range(end, way.shape[axis] - 1 + end), axis) for end in (0, 1))
-        response[:, :, axis] = total / np.maximum(2.0 * np.maximum(low, high), np.finfo(float).tiny)[..., None]
-    reached = ways[0][:-1] + ways[0][1:] + ways[1][:, :-1] + ways[1][:, 1:] > 0.0
-    return Stream(lower, spacing, response, np.where(reached, cells, 0.0))
+        section = 2.0 * np.maximum(low, high) * depths
+        response[:, :, axis] = total / np.maximum(section, np.finfo(float).tiny)[..., None]
+    reached = shares[0][:-1] + shares[0][1:] + shares[1][:, :-1] + shares[1][:, 1:] > 0.0
+    return Stream(lower, spacing, response, np.where(reached, openness, 0.0))
 
 
-def _water(outlines: tuple[Corners, ...]) -> tuple[NDArray[np.bool_], Double, float]:
-    """Mark the parts of cells that are water, and return the grid's lower corner (2,) and spacing [m]."""
-    from matplotlib.path import Path as Polygon
+def _water(polygons: tuple[Polygon, ...], depth: float) -> tuple[Double, Double, float]:
+    """Return the depth of the parts of cells over that of the sea [1], and the grid's lower corner (2,) and spacing [m]."""
+    from matplotlib.path import Path as Outline
 
-    corners = np.array(list(chain.from_iterable(outlines)))
+    corners = np.array(list(chain.from_iterable(one for one, _ in polygons)))
     size = np.ptp(corners, axis=0)
     reach = BEYOND * size.max()
     lower, size = corners.min(axis=0) - reach, size + 2.0 * reach
@@ -215,17 +255,24 @@ def _water(outlines: tuple[Corners, ...]) -> tuple[NDArray[np.bool_], Double, fl
     count = np.ceil(size / spacing).astype(int) * PARTS
     x, y = (lower[axis] + (np.arange(count[axis]) + 0.5) * spacing / PARTS for axis in (0, 1))
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    dry = np.zeros(len(points), bool)
-    for outline in outlines:
-        dry |= Polygon(np.array([*outline, outline[0]]), closed=True).contains_points(points)
-    return ~dry.reshape(count), lower, spacing
+    water = np.ones(len(points))
+    for outline, own in polygons:
+        within = Outline(np.array([*outline, outline[0]]), closed=True).contains_points(points)
+        water[within] = np.minimum(water[within], own / depth)
+    return water.reshape(count), lower, spacing
 
 
-def _open_ways(water: NDArray[np.bool_]) -> Double:
-    """Return the open share (N - 1, M) [1] of the ways along the first axis from one cell's middle to the next."""
+def _mean_depths(water: Double) -> Double:
+    """Return the depths (N - 1, M) [1] of the ways along the first axis from one cell's middle to the next, over lines side by side."""
     half, (across, up) = PARTS // 2, (length // PARTS for length in water.shape)
     between = water[half:-half].reshape(across - 1, PARTS, up, PARTS)
-    return np.asarray(between.all(axis=1).mean(axis=-1))
+    with np.errstate(divide="ignore"):
+        return np.asarray((PARTS / (1.0 / between).sum(axis=1)).mean(axis=-1))
+
+
+def _with_open_sides(ways: Double) -> Double:
+    """Add the ways through the sides of the grid, beyond which the sea is open."""
+    return np.pad(ways, ((1, 1), (0, 0)), constant_values=1.0)
 
 
 def _decay(shape: tuple[int, int], middle: Double) -> list[Double]:

@@ -95,7 +95,7 @@ def test_a_cross_bridle_that_is_cast_off_holds_no_more(scenario_run: type[Scenar
 
 def test_the_beach_is_land_from_its_waterline_on(scenario_run: type[ScenarioRun]) -> None:
     run = scenario_run(load_scenario("shore-seal").scenario)
-    land, shore = np.array(scene_of(run.assembly)["land"][0]), run.scenario.shore
+    land, shore = np.array(scene_of(run.assembly)["land"][0]["outline"]), run.scenario.shore
     inland = -(land - shore.waterline) @ [np.cos(shore.seaward), np.sin(shore.seaward)]
     assert inland.min() > -2.0
     assert np.ptp(land, axis=0).max() == pytest.approx(shore.width, rel=0.05)
