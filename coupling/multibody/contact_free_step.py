@@ -20,6 +20,7 @@ import numpy as np
 
 from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.backend.jit import njit
+from oilsim.loads.body_axes import into_body, write_matrix
 
 
 class FreeBodies(NamedTuple):
@@ -46,7 +47,7 @@ def step_without_contacts(
         for axis in range(3):
             twist[b, axis] += sub_step * (wrench[b, axis] / bodies.mass[b] + gravity[axis])
             pose[b, axis] += sub_step * twist[b, axis]
-        _matrix(orientation, turn)
+        write_matrix(orientation, turn)
         _apply(turn, inertia, rate, momentum, room)
         _apply(turn, inverse, wrench[b, 3:], turning, room)
         if bodies.is_jointed[n]:
@@ -58,12 +59,12 @@ def step_without_contacts(
                 spin[axis] = 0.5 * rate[axis]
             middle[:] = orientation
             _turn(middle, spin, sub_step)
-            _matrix(middle, turn)
+            write_matrix(middle, turn)
             _apply(turn, inverse, momentum, spin, room)
             for axis in range(3):
                 spin[axis] += sub_step * turning[axis]
         _turn(orientation, spin, sub_step)
-        _matrix(orientation, turn)
+        write_matrix(orientation, turn)
         for axis in range(3):
             momentum[axis] += sub_step * wrench[b, 3 + axis]
         _apply(turn, inverse, momentum, rate, room)
@@ -87,22 +88,12 @@ def _gyrate(
 @njit(nogil=True, cache=True, error_model="numpy")
 def _apply(turn: Array, tensor: Array, vector: Array, result: Array, room: Array) -> None:
     """Write R T R^T v (3,) to `result`, which may be `vector`; turn R, tensor T (3, 3); `room` (3,)."""
-    for own in range(3):
-        room[own] = turn[0, own] * vector[0] + turn[1, own] * vector[1] + turn[2, own] * vector[2]
+    into_body(turn, vector, room)
     x = tensor[0, 0] * room[0] + tensor[0, 1] * room[1] + tensor[0, 2] * room[2]
     y = tensor[1, 0] * room[0] + tensor[1, 1] * room[1] + tensor[1, 2] * room[2]
     z = tensor[2, 0] * room[0] + tensor[2, 1] * room[1] + tensor[2, 2] * room[2]
     for axis in range(3):
         result[axis] = turn[axis, 0] * x + turn[axis, 1] * y + turn[axis, 2] * z
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _matrix(orientation: Array, turn: Array) -> None:
-    """Write the matrix (3, 3), body axes to world axes, of a unit quaternion (4,) xyzw to `turn`."""
-    x, y, z, w = orientation[0], orientation[1], orientation[2], orientation[3]
-    turn[0, 0], turn[0, 1], turn[0, 2] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
-    turn[1, 0], turn[1, 1], turn[1, 2] = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
-    turn[2, 0], turn[2, 1], turn[2, 2] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -9,14 +9,20 @@ from oilsim.backend.jit import njit
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
+def write_matrix(orientation: Array, result: Array) -> None:
+    """Write the matrix (3, 3), body axes to world axes, of a unit quaternion (4,) xyzw to `result`."""
+    x, y, z, w = orientation[0], orientation[1], orientation[2], orientation[3]
+    result[0, 0], result[0, 1], result[0, 2] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
+    result[1, 0], result[1, 1], result[1, 2] = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
+    result[2, 0], result[2, 1], result[2, 2] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def rotation_matrices(orientation: Array) -> Array:
     """Compute matrices (B, 3, 3), body axes to world axes, of unit quaternions (B, 4) xyzw."""
     result = np.empty((len(orientation), 3, 3))
     for n in range(len(orientation)):
-        x, y, z, w = orientation[n]
-        result[n, 0] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
-        result[n, 1] = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
-        result[n, 2] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
+        write_matrix(orientation[n], result[n])
     return result
 
 

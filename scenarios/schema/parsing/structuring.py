@@ -33,16 +33,6 @@ COMPASS: Mapping[str, str] = {"heading_compass": "heading", "from_compass": "dir
 """Keys of compass courses, and the fields that they give; `scenarios.schema.parsing.compass` converts them."""
 
 
-class Refusal(ValueError):
-    """A value that cannot be taken; `key` is how its key was spelled where that is not the field's name, `steps` lead into a list."""
-
-    def __init__(self, text: str, key: str = "", steps: tuple[str, ...] = ()) -> None:
-        super().__init__(text)
-        self.text = text
-        self.key = key
-        self.steps = steps
-
-
 @dataclass(frozen=True)
 class _Suffixed:
     """A value that was written with a unit suffix, and the factor that converts it to SI."""
@@ -97,10 +87,8 @@ def _problems(error: BaseException, path: tuple[str, ...] = ()) -> Iterator[Prob
     elif isinstance(error, KeyError):
         yield Problem(".".join(path), "is missing; it must be given")
     elif isinstance(error, Misfit):
-        yield Problem(".".join((*path, *error.path)), error.text)
-    elif isinstance(error, Refusal):
         place = (*path[:-1], error.key) if error.key else path
-        yield Problem(".".join((*place, *error.steps)), error.text)
+        yield Problem(".".join((*place, *error.path)), error.text)
     else:
         yield from (problem.below(".".join(path)) for problem in _of_class(str(error)))
 
@@ -130,15 +118,10 @@ def _written_names(section: Any) -> list[list[str]]:
     return [[section.TAG[0]], *names] if getattr(section, "TAG", None) else names
 
 
-def _plain(value: Any, kind: Any) -> Any:
-    """Convert a value that contains no section."""
-    return taken(value, kind)
-
-
 def _tables(value: Any, kind: Any) -> tuple[Any, ...]:
     """Convert a list of tables of one section."""
     if not isinstance(value, list | tuple):
-        raise Refusal(f"is {value!r}, allowed: a list of tables")
+        raise Misfit(f"is {value!r}, allowed: a list of tables")
     section = get_args(kind)[0]
     return tuple(_CONVERTER.structure(list(value), list[section]))  # type: ignore[valid-type]
 
@@ -158,7 +141,7 @@ def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
         except Misfit as cause:
             written = _in_unit_of(suffixed.key, limits, suffixed.factor) if suffixed.key else limits
             text = f"is {suffixed.value!r}, allowed: {shape_of(kind)}, {written.allowed}"
-            raise Refusal(text, suffixed.key) from cause
+            raise Misfit(text, key=suffixed.key) from cause
         found = faulty_entry(limits, result)
         if found is None:
             return result
@@ -168,7 +151,7 @@ def _quantity_hook(limits: Quantity) -> Callable[[Any, Any], Any]:
             if allowed == limits.allowed:
                 allowed = _in_unit_of(suffixed.key, limits, suffixed.factor).allowed
             fault = f"is {number!r}, allowed: {allowed}"
-        raise Refusal(fault, suffixed.key, steps)
+        raise Misfit(fault, steps, suffixed.key)
 
     return hook
 
@@ -221,7 +204,7 @@ def _section_factory(section: type[Section], converter: Converter) -> Callable[[
 
     def hook(data: Any, _: Any) -> Any:
         if not isinstance(data, Mapping):
-            raise Refusal(f"is {data!r}, allowed: a table")
+            raise Misfit(f"is {data!r}, allowed: a table")
         return generated(_in_si_units(section, data), section)
 
     return hook
@@ -270,11 +253,11 @@ def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], An
     def hook(data: Any, _: Any) -> Any:
         table = {key: data} if isinstance(data, str) else data
         if not isinstance(table, Mapping):
-            raise Refusal(f"is {data!r}, allowed: a table with {key} = one of {allowed}")
+            raise Misfit(f"is {data!r}, allowed: a table with {key} = one of {allowed}")
         tag = table.get(key, usual)
         if isinstance(data, str) and data not in by_tag:
             hint = suggestion(data, by_tag) or ","
-            raise Refusal(f"is {data!r}{hint} allowed: a table with {key} = one of {allowed}")
+            raise Misfit(f"is {data!r}{hint} allowed: a table with {key} = one of {allowed}")
         if tag is None:
             raise ScenarioError([Problem(key, f"is missing, allowed: {allowed}")])
         if not isinstance(tag, str) or tag not in by_tag:
@@ -288,8 +271,8 @@ def _tagged_factory(union: Any, converter: Converter) -> Callable[[Any, Any], An
 def _strict_converter() -> Converter:
     converter = Converter(detailed_validation=True, forbid_extra_keys=True)
     for kind in (bool, int, float, str):  # for which cattrs has hooks of its own
-        converter.register_structure_hook(kind, _plain)
-    converter.register_structure_hook_func(_is_plain, _plain)
+        converter.register_structure_hook(kind, taken)
+    converter.register_structure_hook_func(_is_plain, taken)
     converter.register_structure_hook_func(_is_list_of_sections, _tables)
     converter.register_structure_hook_factory(_is_section, _section_factory)
     converter.register_structure_hook_factory(_is_tagged_union, _tagged_factory)

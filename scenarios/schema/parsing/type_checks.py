@@ -12,12 +12,11 @@ from scenarios.text.problems import suggestion
 
 
 class Misfit(ValueError):
-    """A value that does not fit its type; `path` leads to the wrong entry in a list or table."""
+    """A value that cannot be taken; `path` leads to the wrong entry in a list or table, `key` is another spelling of its field's name."""
 
-    def __init__(self, text: str, path: tuple[str, ...] = ()) -> None:
+    def __init__(self, text: str, path: tuple[str, ...] = (), key: str = "") -> None:
         super().__init__(text)
-        self.text = text
-        self.path = path
+        self.text, self.path, self.key = text, path, key
 
 
 def taken(value: Any, kind: Any) -> Any:
