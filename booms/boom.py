@@ -8,18 +8,23 @@ the oil into it. A net bottom and the pocket's outlets slow the water in it to a
 the slower speed normal to the segments. Its cover keeps waves from carrying oil over it. Oil beyond its volume leaves through the outlets
 at the bottom, in the time in which the slowed water passes the pocket. The water around the guides is that of any boom, and the pocket is
 dragged as a skirt is: a bag that slows the water to 0.2 has a drag coefficient of 1.7 by the law of screens (Loeland 1991), a skirt 1.88.
+
+The catalogue of classes and products by name is `catalogue.toml`; its `maximum_speed_kn` is the speed that a boom withstands. It holds oil
+only up to about 0.7 knots normal to it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 
 from oilsim.backend.arrays import Array
+from oilsim.core.catalogue import CatalogueEntry, read_catalogue
 from oilsim.core.physical_constants import SEA_WATER_DENSITY
 from oilsim.core.quantity import quantity, quantity_of, require
 
@@ -301,3 +306,49 @@ class BoomDesign:
             ballast_fraction=self.ballast_fraction,
             water_density=self.water_density,
         )
+
+
+Kind = Literal["fence", "curtain", "inflatable", "shore-sealing", "high-speed"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CatalogueBoom(CatalogueEntry):
+    """A boom of the catalogue.
+
+    skirt_depth, freeboard, base_width [m]; buoyancy_to_weight (gross), ballast_fraction [-]; section_length [m] between connectors;
+    strength, connector_strength [N] at which it and its connectors part; maximum_speed_kn [kn]; pocket: of a boom for fast water.
+    """
+
+    kind: Kind
+    skirt_depth: float
+    freeboard: float
+    buoyancy_to_weight: float
+    ballast_fraction: float = 0.35
+    base_width: float | None = None
+    section_length: float | None = None
+    connector: str = ""
+    strength: float | None = None
+    connector_strength: float | None = None
+    maximum_speed_kn: float | None = None
+    pocket: Pocket | None = None
+
+    def boom(self, length: float, segment_count: int, *, water_density: float = SEA_WATER_DENSITY) -> Boom:
+        """Design a boom of this kind, `length` [m] long; ValueError for a pocket that is shorter than a segment."""
+        return BoomDesign(
+            length=length,
+            segment_count=segment_count,
+            skirt_depth=self.skirt_depth,
+            freeboard=self.freeboard,
+            buoyancy_to_weight=self.buoyancy_to_weight,
+            skirt_thickness=0.005,
+            ballast_fraction=self.ballast_fraction,
+            base_width=self.base_width,
+            pocket=self.pocket,
+            water_density=water_density,
+        ).boom()
+
+
+@lru_cache(maxsize=1)
+def catalogue() -> Mapping[str, CatalogueBoom]:
+    """Read the catalogue, by name."""
+    return read_catalogue("booms", "catalogue.toml", CatalogueBoom, pocket=Pocket)

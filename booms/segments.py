@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 
 from booms.boom import Boom
-from coupling.solids.bodies import MassProperties, mass_properties
+from coupling.solids.bodies import MassProperties, mass_properties, tube
 from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
 from oilsim.backend.arrays import Array
 
@@ -77,20 +77,7 @@ def segment_mesh(boom: Boom) -> trimesh.Trimesh:
     half, taper = 0.5 * boom.segment_length, boom.taper
     stations = [(-half, 0.0), (taper - half, 1.0), (half - taper, 1.0), (half, 0.0)]
     rings = np.array([[[x, scale * y, z] for y, z in loop] for x, scale in stations])
-    count = len(loop)
-    index = np.arange(len(stations) * count).reshape(len(stations), count)
-    a, b = index[:-1], index[1:]
-    c, e = np.roll(a, -1, axis=1), np.roll(b, -1, axis=1)
-    faces = np.concatenate([np.stack([a, b, c], axis=2).reshape(-1, 3), np.stack([c, b, e], axis=2).reshape(-1, 3)])
-    mesh = trimesh.Trimesh(rings.reshape(-1, 3), faces, process=False)
-    mesh.merge_vertices(digits_vertex=9)
-    corners = mesh.faces
-    distinct = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
-    mesh.update_faces(distinct)
-    mesh.remove_unreferenced_vertices()
-    if mesh.volume < 0.0:
-        mesh.invert()
-    return mesh
+    return tube(rings)
 
 
 def _with_ballast(mesh: trimesh.Trimesh, mass: float, boom: Boom) -> MassProperties:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
-from coupling.solids.bodies import MassProperties
+from coupling.solids.bodies import MassProperties, tube
 from coupling.solids.hydrostatics import Hydrostatics, hydrostatics
-from oilsim.backend.arrays import Array, Flags, Ints
+from oilsim.backend.arrays import Array
 from vessels.hull_size import HullSize
 
 
@@ -81,7 +81,7 @@ def wigley_hull(
     section = np.concatenate([half_breadth[:, ::-1], -half_breadth[:, 1:]], axis=1)
     height = np.concatenate([z[::-1], z[1:]])
     vertices = np.stack(np.broadcast_arrays(x[:, None], section, height[None, :]), axis=2)
-    return closed_tube(vertices)
+    return tube(vertices)
 
 
 def raked_barge(length: float, beam: float, draft: float, depth: float, *, rake: float = 0.0) -> trimesh.Trimesh:
@@ -99,7 +99,8 @@ def raked_barge(length: float, beam: float, draft: float, depth: float, *, rake:
     sides = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]]
     shell = [f for k in range(4) for f in ([k, k + 4, (k + 1) % 4], [(k + 1) % 4, k + 4, (k + 1) % 4 + 4])]
     mesh = trimesh.Trimesh(vertices.reshape(-1, 3), sides + shell, process=False)
-    return _outward(mesh)
+    mesh.invert()  # the triangles are listed as seen from inside
+    return mesh
 
 
 def float_hull(
@@ -152,31 +153,3 @@ def _check_stable(form: Hydrostatics, keel: float, center_of_gravity_height: flo
             f"the centre of gravity is {center_of_gravity_height:g} m above the keel, allowed: above 0 m and below the"
             f" metacentre at {highest:g} m; above it the hull capsizes"
         )
-
-
-def closed_tube(vertices: Array) -> trimesh.Trimesh:
-    """Close a tube of sections (S, K, 3) [m], deck included, to a mesh; edges and faces of no extent vanish."""
-    sections, points = vertices.shape[:2]
-    index = np.arange(sections * points).reshape(sections, points)
-    a, b = index[:-1], index[1:]
-    c, e = np.roll(a, -1, axis=1), np.roll(b, -1, axis=1)
-    faces = np.concatenate([np.stack([a, b, c], axis=2).reshape(-1, 3), np.stack([c, b, e], axis=2).reshape(-1, 3)])
-    mesh = trimesh.Trimesh(vertices.reshape(-1, 3), faces, process=False)
-    mesh.merge_vertices(digits_vertex=9)
-    mesh.update_faces(_has_three_corners(mesh.faces))
-    mesh.remove_unreferenced_vertices()
-    return _outward(mesh)
-
-
-def _has_three_corners(faces: Ints) -> Flags:
-    """Mark the faces whose three vertices differ."""
-    return (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-
-
-def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Turn the mesh's faces outward; ValueError for a mesh that is not closed."""
-    if not mesh.is_watertight:
-        raise ValueError("hull mesh is not watertight")
-    if mesh.volume < 0.0:
-        mesh.invert()
-    return mesh

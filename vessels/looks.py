@@ -6,9 +6,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from coupling.solids.bodies import tube
 from recordings.model import palette
 from recordings.model.frame import Color, MeshDescription
-from vessels.hull import Hull, closed_tube
+from vessels.hull import Hull
 
 # all proportions of a workboat here are chosen, for looks
 STATIONS = np.array(
@@ -70,7 +71,7 @@ def _ship_lines(hull: Hull) -> trimesh.Trimesh:
     y = breadth[:, None] * part
     half = np.stack([x, y, z], axis=2)
     other = half[:, -2::-1] * (1.0, -1.0, 1.0)
-    return closed_tube(np.concatenate([half, other], axis=1))
+    return tube(np.concatenate([half, other], axis=1))
 
 
 def _paint(hull: Hull, shape: trimesh.Trimesh) -> NDArray[np.uint8]:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from coupling.bullet.pybullet_import import pybullet
-from coupling.bullet.shape_trial import require_askable
+from coupling.bullet.shapes import require_askable
 from coupling.master.saved_fields import SavedFields
 from coupling.multibody.joint_constraints import Articulation, Joints, PointJoint
 from coupling.multibody.joint_tree import ArticulatedTree, TreeLink, no_axes

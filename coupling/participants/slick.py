@@ -13,8 +13,8 @@ The slick does not act on the bodies.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -25,9 +25,11 @@ from oilsim.backend.arrays import Array
 from oilsim.oil.fates import CAUSES
 from oilsim.slick.barriers import Immersion
 from oilsim.slick.loss_rate import LossRate, no_loss
-from oilsim.slick.parcels import Parcels, Rows
 from oilsim.slick.slick import Slick, SurfaceFlow
 from oilsim.slick.spill_source import SpillSource
+
+if TYPE_CHECKING:
+    from oilsim.window.oil_exchange import OilExchange
 
 ROWS = ("spilled", "afloat", "contained", "stranded", "recovered", "resolved")
 BY_SEGMENT = {"held_by_segment": "m3", "thickness": "m", "normal_speed": "m/s"}
@@ -76,25 +78,6 @@ class CarryingSea(NamedTuple):
     surface: Surface = FlatSurface()
 
 
-class OilParticles(Protocol):
-    """Oil of the slick that is particles of a window (`oilsim.window.oil_exchange`)."""
-
-    def follow(self, slick: Slick, relative: Array, time: float) -> None:
-        """Bring the parcels that are particles to where those are at `time` [s]; relative (S, 2) [m/s] of the water to the segments."""
-
-    def exchange(self, slick: Slick, time: float) -> None:
-        """Let particles become parcels, and parcels particles."""
-
-    def places(self, parcels: Parcels, time: float) -> tuple[Rows, Array]:
-        """Return the rows (M,) of parcels that are particles, and where those are at `time` [s], (M, 3) [m]."""
-
-    def save_state(self) -> Mapping[str, float]:
-        """Return everything that the next steps depend on."""
-
-    def restore_state(self, saved: Mapping[str, float]) -> None:
-        """Go back to what `save_state` returned."""
-
-
 class SlickParticipant(Participant):
     """Steps a `Slick` whose barriers named by `booms` follow bodies; see the module for its variables.
 
@@ -118,7 +101,7 @@ class SlickParticipant(Participant):
         beach: Beach | None = None,
         carriers: Sequence[str] = (),
     ) -> None:
-        self.particles: OilParticles | None = None
+        self.particles: OilExchange | None = None
         self.sources: list[SpillSource] = []
         self._slick, self._loss_rate = slick, loss_rate
         self._flow, self._water, self._surface = sea
@@ -166,7 +149,7 @@ class SlickParticipant(Participant):
         """Let another sea carry the oil from now on."""
         self._flow, self._water, self._surface = sea
 
-    def meet(self, particles: OilParticles, flow: SurfaceFlow) -> None:
+    def meet(self, particles: OilExchange, flow: SurfaceFlow) -> None:
         """Exchange oil with the particles of a window from now on; `flow` carries what stays parcels, the window's motion included.
 
         The water that runs against the booms remains that of the sea.

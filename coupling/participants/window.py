@@ -1,14 +1,14 @@
 """A window of particles (`oilsim.window`) as the fluid of a coupled run: it takes the bodies that are in it, and follows its target.
 
 Variables are those of `coupling.participants.fluid`, of all bodies that may ever meet the window. A body's share is 1 inside, 0 in the
-rim, and fades over FADE spacings at each of four points along it (`oilsim.window.local_motion.gauss_points`). Its load is
+rim, and fades over FADE spacings at each of four points along it (`oilsim.window.window.gauss_points`). Its load is
 
     share times the load that the particles find, and (1 - share) times that of the formulas (`SharedEnvironment`),
 
 which add up to one load at every place. In the solve bodies answer by S^1/2 M^-1 S^1/2, with S the shares and M^-1 the inverse mass of
 all bodies together: exact for whole shares, and symmetric between them. Between different shares it should be M^-1 S; what that differs
 by goes into the free acceleration, with the loads of the last steps, smoothed. The body's own motion goes into the reference coordinates,
-and its load comes back, as `oilsim.window.local_motion` has it.
+and its load comes back, as `oilsim.window.window` has it.
 
 A wave pushes a body along by the slope of its surface: in the reference coordinates, which lie along it, by the body's lift. A pile whose
 foot is below the window has none. For it the lift of what it displaces in the window, L, is turned all the same, (R - 1) L, and the sea
@@ -36,8 +36,7 @@ from oilsim import BoundaryParticles, FluidError, block
 from oilsim.backend.arrays import Array, Flags, Ints
 from oilsim.boundaries.walls import rotation_matrix
 from oilsim.core.physical_constants import GRAVITY
-from oilsim.window.local_motion import LocalMotion, gauss_points, local_motion
-from oilsim.window.window import Window
+from oilsim.window.window import LocalMotion, Window, gauss_points, local_motion
 
 if TYPE_CHECKING:
     from trimesh import Trimesh

@@ -231,6 +231,25 @@ def capsule(radius: float, height: float, sections: int = 32) -> trimesh.Trimesh
     return mesh
 
 
+def tube(sections: Array) -> trimesh.Trimesh:
+    """Close a tube of loops (S, K, 3) [m] that follow one another; edges and faces of no extent vanish. ValueError if it stays open."""
+    count, points = sections.shape[:2]
+    index = np.arange(count * points).reshape(count, points)
+    a, b = index[:-1], index[1:]
+    c, e = np.roll(a, -1, axis=1), np.roll(b, -1, axis=1)
+    faces = np.concatenate([np.stack([a, b, c], axis=2).reshape(-1, 3), np.stack([c, b, e], axis=2).reshape(-1, 3)])
+    mesh = trimesh.Trimesh(sections.reshape(-1, 3), faces, process=False)
+    mesh.merge_vertices(digits_vertex=9)
+    corners = mesh.faces
+    distinct = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
+    mesh.update_faces(distinct)
+    mesh.remove_unreferenced_vertices()
+    if mesh.volume < 0.0:
+        mesh.invert()
+    require_closed(mesh, "tube")
+    return mesh
+
+
 def _require_positive(what: str, *lengths: float) -> None:
     if not all(math.isfinite(length) and length > 0.0 for length in lengths):
         raise ValueError(f"{what} is {', '.join(map(str, lengths))} m, allowed: above 0")

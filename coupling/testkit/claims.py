@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Protocol
 
 import numpy as np
 
@@ -21,7 +21,8 @@ from coupling.master.errors import CoSimulationError
 from coupling.master.participant import Causality, Participant
 from coupling.testkit.body_checks import order_of_convergence
 from coupling.testkit.faults import ON_PURPOSE
-from coupling.testkit.readings import BodyTrack, History, Readings, readings_of
+from coupling.testkit.readings import BodyTrack, Readings, readings_of
+from coupling.testkit.run import TestRun
 from coupling.testkit.verdict import CheckFailed, Context, require_at_most, require_near
 from oilsim.backend.arrays import Array
 from recordings.files.checkpoint import state_hash
@@ -65,27 +66,8 @@ def assert_same_at_half_step(run: Callable[[float], float], step: float, *, with
     require_at_most(what, abs(whole - half), within, unit)
 
 
-class Repeatable(Protocol):
-    """A run that can be made again: a scene or a scenario run."""
-
-    def __enter__(self) -> Self:
-        """Return the run."""
-
-    def __exit__(self, *error: Any) -> None:
-        """Close the run."""
-
-    def step(self) -> None:
-        """Make one communication step."""
-
-    def save_state(self) -> Mapping[str, Any]:
-        """Return all that the next step depends on."""
-
-    def restore_state(self, saved: Mapping[str, Any]) -> None:
-        """Begin at a state that `save_state` returned."""
-
-
 def assert_same_on_threads(
-    build: Callable[[int], Repeatable], *, steps: int = 10, threads: Sequence[int] = (1, 2)
+    build: Callable[[int], TestRun], *, steps: int = 10, threads: Sequence[int] = (1, 2)
 ) -> None:
     """Require that runs on different numbers of threads have equal states, bit for bit, after `steps`; CheckFailed if not.
 
@@ -105,7 +87,7 @@ def assert_same_on_threads(
         )  # fmt: skip
 
 
-def assert_restarts_exactly(build: Callable[[], Repeatable], *, at: int, steps: int) -> None:
+def assert_restarts_exactly(build: Callable[[], TestRun], *, at: int, steps: int) -> None:
     """Require that a run restored from its state after `at` steps makes the next `steps` bit for bit as the first did.
 
     build: returns a new scene or scenario run at each call; both are closed afterwards. Raises CheckFailed if the states differ.
@@ -256,20 +238,8 @@ def _common(time: Array, value: Array, time_now: Array, value_now: Array) -> tup
     return time[rows], value[rows], value_now[rows_now]
 
 
-class Ending(Protocol):
-    """A run that has a simulation and a history: a scene, a scenario run."""
-
-    @property
-    def simulation(self) -> CoSimulation:
-        """The coupled run."""
-
-    @property
-    def history(self) -> History:
-        """The history of the run."""
-
-
 @contextmanager
-def fails_in_order(run: Ending, *, participant: str, at: float | None = None, match: str = "") -> Iterator[None]:
+def fails_in_order(run: TestRun, *, participant: str, at: float | None = None, match: str = "") -> Iterator[None]:
     """Require that the block's steps end the run in order: by a CoSimulationError that names the participant and the time.
 
     at [s]: communication point at which the failing step began, to half a step; None: any. match: regular expression for the message.
@@ -291,7 +261,7 @@ def fails_in_order(run: Ending, *, participant: str, at: float | None = None, ma
 
 
 @contextmanager
-def viewer_fails_in_order(run: Ending, *, match: str = "") -> Iterator[None]:
+def viewer_fails_in_order(run: TestRun, *, match: str = "") -> Iterator[None]:
     """Require that an observer that raises in the block's steps ends the run in order: participants end, and other observers are told.
 
     match: regular expression for the observer's error, which the block raises as it is. Raises AssertionError for anything else.
@@ -309,7 +279,7 @@ def viewer_fails_in_order(run: Ending, *, match: str = "") -> Iterator[None]:
 
 
 @contextmanager
-def goes_on_in_order(run: Ending, *, match: str = "") -> Iterator[None]:
+def goes_on_in_order(run: TestRun, *, match: str = "") -> Iterator[None]:
     """Require that the run goes on through the block, although something fails in it, and that its log tells of that.
 
     match: regular expression for the text of the event, "fault on purpose" for any planned fault. Raises AssertionError for a run that
@@ -331,7 +301,7 @@ def _went_on(simulation: CoSimulation, who: str) -> AssertionError:
     return AssertionError(f"the run went on to {simulation.communication_point.time:g} s, expected: {who} ends it")
 
 
-def _require_end(run: Ending, failure: Exception, reason: str, match: str) -> None:
+def _require_end(run: TestRun, failure: Exception, reason: str, match: str) -> None:
     """Require that the failure says `match`, that the run has ended, and that the history was told the reason."""
     if not re.search(match, str(failure)):
         raise AssertionError(f"the failure says {str(failure)!r}, expected: {match!r}") from failure

@@ -24,7 +24,7 @@ from coupling.testkit.verdict import Context
 from oilsim import Fluid
 from oilsim.backend.arrays import Array
 from recordings.model.entity_paths import scalar, scalar_name
-from recordings.model.frame import BodyFrame, Event, Frame, RunDescription
+from recordings.model.frame import Event, Frame, RunDescription
 
 if TYPE_CHECKING:
     from recordings.replay.recording import Replay
@@ -47,13 +47,6 @@ class BodyTrack:
     twist: Array
     wrench: Array
     tension: Array
-
-    def last(self) -> BodyFrame:
-        """Return the body at the last instant."""
-        return BodyFrame(
-            position=self.pose[-1, :3], orientation=self.pose[-1, 3:], linear_velocity=self.twist[-1, :3],
-            angular_velocity=self.twist[-1, 3:], wrench=self.wrench[-1], tension=float(self.tension[-1]),
-        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

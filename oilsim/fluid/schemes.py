@@ -17,7 +17,7 @@
     project_velocity       bounded solve for the change of pressure, bodies responding          `stages.pressure`
     apply_wall_contact     single drops meet walls, and no particle goes into a thin plate      `stages.contact`
     project_momentum       liquid off the walls gets lost momentum back                         `momentum_projection`
-    move_drops             drops finer than the flow rise or sink by changing places            `stages.drops`
+    move_drops             drops finer than the flow rise or sink by changing places            `stages.contact`
 
 Positions and velocities are constrained apart: a density error is carried to the next step, not converted into motion. The scheme of
 Qiu et al. 2021, which feeds it back, is in `oilsim.fluid.paper_scheme`. Advection comes first and on its own, since bodies and frames may

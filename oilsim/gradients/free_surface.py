@@ -7,7 +7,7 @@ are incomplete. The array `surface` (N,), uint8, holds these states (`FreeSurfac
 positions, and the step decides by them wherever it needs a yes or no:
 
     relaxation           near a surface only compression counts, and particles are not shifted       `particle_shifting`
-    shear correction     near a surface the correction matrix Y stays as it is                       `shear_correction`
+    shear correction     near a surface the correction matrix Y stays as it is                       `gradient_correction`
     density feedback     near a surface the density is told from the sum and its slope together      `density_feedback`
     viscosity            near a surface the stress has the lattice's fourth moment                   `viscous_system`
     confinement          liquid without particles near a surface fills its box                       `step.stages.relaxation`

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.contacts import gather_contacts, list_body_pairs
 from oilsim.core.state import FluidState
-from oilsim.gradients.shear_correction import correct_for_shear
+from oilsim.gradients.gradient_correction import correct_for_shear
 from oilsim.neighborhood.neighbor_search import fill_rows
 from oilsim.pressure.pressure_gradient import PressureSums, cache_gradients
 from oilsim.pressure.wall_extrapolation import WallPressure

@@ -83,7 +83,7 @@ class NeighborSums:
 class PairArrays:
     """Pair vectors, and the sums of them that the pressure operator needs.
 
-    repaired (N, 8)          Y after `shear_correction` [1]
+    repaired (N, 8)          Y where particles pass each other (`gradient_correction`) [1]
     gradient                 pair vectors (3, P) of fluid neighbours [1/m]
     wall_gradient (3, Q)     pair vectors of wall neighbours [1/m]
     own (3, N)               factor of the particle's own pressure in its force [1/m]

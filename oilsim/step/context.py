@@ -27,9 +27,8 @@ from oilsim.core.state import FluidState
 from oilsim.density.density_feedback import surface_table
 from oilsim.density.particle_shifting import SETTLING, shift_balance
 from oilsim.drops.drift import drop_speeds
-from oilsim.gradients.gradient_correction import exact_share, largest_stretch
+from oilsim.gradients.gradient_correction import STRETCH, exact_share, largest_stretch
 from oilsim.gradients.relaxation_time import LONGEST, froude_unit
-from oilsim.gradients.shear_correction import STRETCH
 from oilsim.neighborhood.neighbor_search import CellOrder, Neighborhood, NeighborSearch, Pairs, Sorted, make_grid
 from oilsim.neighborhood.smoothing_kernels import lattice_moment, normalisation, steepest_slope
 from oilsim.pressure.bounded_solver import BoundConstrainedSolver

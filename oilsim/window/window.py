@@ -3,10 +3,29 @@
 Its water begins at rest, and stays so where nothing disturbs it, whatever current and waves the sea has: it may sleep. The box has no
 sides, since it repeats. Its floor is a slip wall at a place at rest, which moves with the water of that depth, so that the sea's own waves
 do not feel it; what bodies add feels it as the bottom of a basin, from waves of twice its depth on. Bodies are brought from the sea into
-the places at rest, and their loads back, by `LocalMotion` (`local_motion`).
+the places at rest, and their loads back, by `LocalMotion`.
+
+A body small against the waves moves with a frame of its own: the mean displacement D and velocity U of the undisturbed sea over the body,
+and the turn R from the vertical to the normal of the mean surface. Seen from it, the body has
+
+    place q = x - X - D,    orientation R^-1,    twist R^-1 (V - U),    free acceleration R^-1 (A - dU/dt) + M^-1 f,
+
+and the load F that the particles find acts on it in the sea as R (F + f). R makes the weight of displaced water, rho V g upwards at rest,
+point along the normal of the moving surface: this is the horizontal part of the wave's force on displaced water (Froude and Krylov). The
+vertical part is
+
+    f = (a / g) F,    a the vertical acceleration of the sea, of the vertical force and of the torques about horizontal axes,
+
+with F of the step before. A body that floats and follows the surface is thereby one at rest in still water. *Modelled*: the strain of the
+water over a body's depth is left out, R turning all of it with the surface, and so are products of slopes.
+
+Means are taken at four points, a standard deviation of its shape from a body's middle along its horizontal axes either way: two points of
+Gauss along each. So waves much shorter than a body do not move it.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -91,3 +110,64 @@ class Window:
         particles = self.fluid.particles
         rest = self.rim.about_center(particles.position.T)
         return np.asarray(self.motion.velocity(rest, time) + particles.velocity.T)
+
+
+# [m] least way from a body's middle to the points; numerical; slopes are differences over twice of it
+LEAST = 1e-2
+
+
+class LocalMotion(NamedTuple):
+    """The sea over n bodies: rest (n, 3) [m], twist (n, 6) [m/s, rad/s], turn R (n, 3, 3), and the points at rest (n, 4, 3) [m]."""
+
+    rest: Array
+    twist: Array
+    turn: Array
+    points: Array
+
+
+def gauss_points(shape: Array) -> Array:
+    """Return the four points (4, 3) [m], in the body's axes, over which means are taken; shape (M, 3) [m] of its surface, upright."""
+    flat = shape[:, :2] - shape[:, :2].mean(0)
+    squares, axes = np.linalg.eigh(flat.T @ flat / len(flat))
+    ways = np.maximum(np.sqrt(np.maximum(squares, 0.0)), LEAST)
+    points = np.zeros((4, 3))
+    for axis in (0, 1):
+        points[2 * axis, :2] = ways[axis] * axes[:, axis]
+        points[2 * axis + 1] = -points[2 * axis]
+    return points
+
+
+def local_motion(motion: SeaMotion, position: Array, offsets: Array, time: float) -> LocalMotion:
+    """Evaluate the sea over bodies at `position` (n, 3) [m] whose points lie at `offsets` (n, 4, 3) [m] from there, in the world."""
+    count = len(position)
+    there = (position[:, None] + offsets).reshape(-1, 3)
+    points = motion.at_rest(there, time)
+    moved = (there - motion.travel(time) - points).reshape(count, 4, 3)
+    velocity = motion.velocity(points, time).reshape(count, 4, 3)
+    slope, rate = _slope(moved[:, :, 2], offsets), _slope(velocity[:, :, 2], offsets)
+    twist = np.concatenate([velocity.mean(1), np.stack([rate[:, 1], -rate[:, 0], np.zeros(count)], -1)], axis=1)
+    rest = position - motion.travel(time) - moved.mean(1)
+    return LocalMotion(rest, twist, _turn(slope), points.reshape(count, 4, 3))
+
+
+def _slope(height: Array, offsets: Array) -> Array:
+    """Return the slopes (n, 2) of heights (n, 4) at points (n, 4, 3), by differences along two axes at right angles."""
+    slope = np.zeros((len(height), 2))
+    for plus, minus in ((0, 1), (2, 3)):
+        way = offsets[:, plus, :2] - offsets[:, minus, :2]
+        square = np.maximum((way**2).sum(1), LEAST**2)  # of a body on its side an axis may be upright
+        slope += ((height[:, plus] - height[:, minus]) / square)[:, None] * way
+    return slope
+
+
+def _turn(slope: Array) -> Array:
+    """Return the rotations (n, 3, 3) that take the vertical to the normals of surfaces with these slopes (n, 2), without a twist."""
+    normal = np.concatenate([-slope, np.ones((len(slope), 1))], axis=1)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    x, y, z = normal.T
+    share = 1.0 / (1.0 + z)
+    turn = np.empty((len(slope), 3, 3))
+    turn[:, 0] = np.stack([1.0 - share * x * x, -share * x * y, x], -1)
+    turn[:, 1] = np.stack([-share * x * y, 1.0 - share * y * y, y], -1)
+    turn[:, 2] = np.stack([-x, -y, z], -1)
+    return turn

@@ -20,13 +20,12 @@ from recordings.model.words import cause_in_words, force_in_words
 
 def legend(run: RunDescription) -> str:
     """Write the title, and the meaning of colours and arrows, in Markdown."""
-    booms = run.exercise.booms if run.exercise else ()
     lines = [f"**{run.properties.get('title') or run.name}**"]
-    if booms:
+    if run.booms:
         causes = ", ".join(f"{name} *{cause_in_words(cause)}*" for cause, (name, _) in CAUSES.items())
         spots = f"Where the sea has no particles, {palette.spot_in_words()}."
         lines.append(f"**Oil** is dark. The colour of **lost oil** shows how it was lost: {causes}. {spots}")
-        lines += [f"The line on {tension_colors(boom, len(booms) > 1)}." for boom in booms]
+        lines += [f"The line on {tension_colors(boom, len(run.booms) > 1)}." for boom in run.booms]
     elif run.oils:
         lines.append("**Oil** is dark.")
     if run.oils and any(map(is_water, run.phases)):

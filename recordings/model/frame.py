@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from recordings.model.exercise import ExerciseDescription, Site, WindowDescription
+from recordings.model.exercise import BoomDescription, ExerciseDescription, Site, WindowDescription
 from recordings.model.surface import FilmFrame, SurfaceFrame
 
 Color = tuple[int, int, int, int]  # red, green, blue, opacity, each 0 to 255
@@ -290,6 +290,11 @@ class RunDescription:
             raise ValueError(f"particle_spacing is {self.particle_spacing} m, allowed: above 0 m")
         for name, points in self.boundaries.items():
             _require_shape(f"boundary {name}", np.asarray(points), (None, 3))
+
+    @property
+    def booms(self) -> tuple[BoomDescription, ...]:
+        """The booms of the exercise; none without one."""
+        return () if self.exercise is None else self.exercise.booms
 
     @property
     def particle_volume(self) -> float:

@@ -42,7 +42,7 @@ class SceneView:
         self._run, self._width = run, width
         self._projection, self._height = _shared_view(run, moments, width, exercise_only)
         self._depth = _water_depth(run, moments)
-        sizes = [_pixels_of_boom(boom, moment, self._projection) for boom in _booms(run) for moment in moments]
+        sizes = [_pixels_of_boom(boom, moment, self._projection) for boom in run.booms for moment in moments]
         self._widened = max(_LEAST_BOOM / min(sizes, default=_LEAST_BOOM), 1.0)
 
     @property
@@ -61,11 +61,6 @@ class SceneView:
         """Return the outline (C, 2) [pixels] of a body that has a mesh."""
         pixels, _ = self._projection(placed_vertices(self._run.meshes[name].vertices, moment.bodies[name]))
         return np.asarray(pixels[ConvexHull(pixels).vertices])
-
-
-def _booms(run: RunDescription) -> Sequence[BoomDescription]:
-    """Return the booms of a run, none without an exercise."""
-    return run.exercise.booms if run.exercise else ()
 
 
 def _pixels_of_boom(boom: BoomDescription, moment: Moment, projection: Projection) -> float:
@@ -103,7 +98,7 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
         if name in moment.bodies:
             placed = placed_vertices(mesh.vertices, moment.bodies[name])
             canvas.triangles(placed, mesh.faces, _body_color(run, name, mesh, moment.bodies[name]))
-    for boom in _booms(run):
+    for boom in run.booms:
         if _pixels_of_boom(boom, moment, canvas.projection) < _LEAST_BOOM * canvas.fineness:
             _draw_line_of(boom, moment, canvas)
     for index, phase in enumerate(run.phases):
@@ -165,7 +160,7 @@ def _opaque(phase: PhaseDescription, phase_count: int) -> bool:
 
 def _body_color(run: RunDescription, name: str, mesh: MeshDescription, body: BodyFrame) -> npt.ArrayLike:
     """Return a body's colour, or one for each of its faces; the colour of a boom's segment shows its tension."""
-    for boom in _booms(run):
+    for boom in run.booms:
         if name in boom.segments and not np.isnan(body.tension):
             return palette.tension_color(body.tension, boom.full_tension)
     return palette.body_color(name, mesh) if mesh.face_colors is None else mesh.face_colors

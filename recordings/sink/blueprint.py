@@ -33,7 +33,7 @@ class FollowingView:
 def following_views(run: RunDescription, places: Places) -> list[FollowingView]:
     """Place cameras at every boom's apex and at the first vessel that tows it; ``places`` (3,) [m] are those of the first frame."""
     views = []
-    for boom in run.exercise.booms if run.exercise else ():
+    for boom in run.booms:
         if not all(name in places for name in boom.segments):
             continue
         views.append(_at_apex(boom, places))

@@ -76,7 +76,7 @@ class RerunWriter:
         for name, points in run.boundaries.items():
             self._write_boundary(name, np.array(points, dtype=np.float32), run.particle_spacing)
         self._bodies = BodyWriter(run, self._static, self._columns)
-        self._boom_names.begin(run.exercise.booms if run.exercise else ())
+        self._boom_names.begin(run.booms)
         self._equipment.begin(run.exercise)
         self._static(entity_paths.LEGEND, rr.TextDocument(legend(run), media_type=rr.MediaType.MARKDOWN))
 

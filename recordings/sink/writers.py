@@ -270,7 +270,7 @@ class BodyWriter:
 
 def drawn_bodies(run: RunDescription) -> Iterable[DrawnBodies]:
     """Sort the bodies of a run into those that one entity draws: segments of a boom that share a mesh, else each by itself."""
-    full = {name: boom.full_tension for boom in (run.exercise.booms if run.exercise else ()) for name in boom.segments}
+    full = {name: boom.full_tension for boom in run.booms for name in boom.segments}
     shapes: dict[str, dict[int, list[str]]] = {}
     for name, mesh in run.meshes.items():
         parent = name.rpartition("/")[0] if entity_paths.body_group(name) == entity_paths.BOOM else name

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from coupling.master.observer_dispatch import Observer
 from coupling.testkit.claims import Reference
 from coupling.testkit.left_behind import draw_moment, write_checkpoint, write_recording
 from coupling.testkit.readings import History
+from coupling.testkit.run import TestRun
 from coupling.testkit.verdict import CheckFailed
 from recordings.files.checkpoint import CheckpointError
 from recordings.files.writing import RecordingError
@@ -31,19 +32,7 @@ Terms = ParamSpec("Terms")
 LONGEST_NAME = 80  # characters of a file's name from a test's; chosen: file systems take 255 with endings
 
 
-class Run(Protocol):
-    """A run that a test may make: it keeps a history, shows itself to observers, and can be closed."""
-
-    history: History
-
-    def watch(self, observer: Observer) -> None:
-        """Show the run to an observer."""
-
-    def close(self) -> None:
-        """End the run."""
-
-
-AnyRun = TypeVar("AnyRun", bound=Run)
+AnyRun = TypeVar("AnyRun", bound=TestRun)
 
 
 class Limits:
@@ -109,7 +98,7 @@ class TestBench:
         self.test, self.seed = test, zlib.crc32(test.encode())
         self._keeps_frames, self._is_updating, self._worker = keeps_frames, is_updating, worker
         self._limits = Limits(marker)
-        self._runs: list[Run] = []
+        self._runs: list[TestRun] = []
         self._stack = ExitStack()
 
     def __enter__(self) -> TestBench:
@@ -124,9 +113,9 @@ class TestBench:
             self._stack.callback(run.close)
         self._stack.close()
 
-    def closing(self, run: Any) -> None:
-        """Close something with the test."""
-        self._stack.callback(run.close)
+    def at_end(self, call: Callable[..., object], *arguments: object) -> None:
+        """Call a function at the end of the test."""
+        self._stack.callback(call, *arguments)
 
     def making(self, make: Callable[Terms, AnyRun]) -> Callable[Terms, AnyRun]:
         """Return a function that makes runs as `make` does, watches and later closes them."""
@@ -165,24 +154,22 @@ class TestBench:
                         left.append((what, path))
         return left
 
-    def _record(self, run: Run, path: Path, failure: BaseException | None) -> bool:
-        last = getattr(run, "last_frame", None)
-        if last is not None and (now := last()) is not None:
-            run.history.keep_last(now)
+    def _record(self, run: TestRun, path: Path, failure: BaseException | None) -> bool:
+        run.history.keep_last(run.last_frame())
         if failure is not None:
             run.history.events.append(Event(run.history.frames[-1].time, _one_line(failure), "error", "test"))
         write_recording(run.history, path)
         return True
 
-    def _save(self, run: Run, path: Path, failure: BaseException | None) -> bool:
-        simulation = getattr(run, "simulation", None)
-        if simulation is None or not simulation.is_running:
+    def _save(self, run: TestRun, path: Path, failure: BaseException | None) -> bool:
+        simulation = run.simulation
+        if not simulation.is_running:
             return False
         words = {"test": self.test, "run": run.history.run.name if run.history.run else "", "seed": self.seed}
         write_checkpoint(simulation.save_state(), run.history.frames[-1], words, path)
         return True
 
-    def _draw(self, run: Run, path: Path, failure: BaseException | None) -> bool:
+    def _draw(self, run: TestRun, path: Path, failure: BaseException | None) -> bool:
         marked = failure.bodies if isinstance(failure, CheckFailed) else (getattr(failure, "participant", ""),)
         frame = run.history.frames[-1]
         moment = failure.time if isinstance(failure, CheckFailed) else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -17,8 +17,8 @@ PATIENCE = 10.0  # [s] of wall time that a step of an FMU under test may take; c
 class FmuRunner:
     """Builds and loads FMUs; they end with the test. Needs `pip install 'oilsim[fmu]'` to build them."""
 
-    def __init__(self, folder: Path, closing: Callable[[Any], None]) -> None:
-        self._folder, self._closing = folder, closing
+    def __init__(self, folder: Path, at_end: Callable[..., object]) -> None:
+        self._folder, self._at_end = folder, at_end
 
     def build(self, source: str | Path, *, version: Literal[2, 3] = 3) -> Path:
         """Build an FMU of FMI `version` 2 or 3 from the source of a `ScalarModel`; return its path.
@@ -42,7 +42,7 @@ class FmuRunner:
         from coupling.fmu.isolated_fmu import IsolatedFmu
 
         fmu = IsolatedFmu(name, path, start, step_patience=patience)
-        self._closing(_Ended(fmu))
+        self._at_end(_end, fmu)
         return fmu
 
     def run(
@@ -71,13 +71,7 @@ class FmuRunner:
         return {name: np.array(values) for name, values in rows.items()}
 
 
-class _Ended:
-    """Ends an FMU that a test has left running."""
-
-    def __init__(self, fmu: IsolatedFmu) -> None:
-        self._fmu = fmu
-
-    def close(self) -> None:
-        """End its process."""
-        if self._fmu.process_id is not None:
-            self._fmu.terminate()
+def _end(fmu: IsolatedFmu) -> None:
+    """End an FMU that a test has left running."""
+    if fmu.process_id is not None:
+        fmu.terminate()

@@ -135,7 +135,7 @@ def fmu_runner(oilsim_bench: TestBench, tmp_path: Path) -> FmuRunner:
     """Return a runner of FMUs: builds them from models, steps them, joins them to scenes."""
     from scenarios.bench.fmu_runner import FmuRunner
 
-    return FmuRunner(tmp_path, oilsim_bench.closing)
+    return FmuRunner(tmp_path, oilsim_bench.at_end)
 
 
 @pytest.hookimpl(hookwrapper=True)

@@ -28,7 +28,7 @@ class Shelf(NamedTuple):
 
 
 SHELVES = {
-    "booms": Shelf("booms.catalog", "boom", ("skirt_depth", "freeboard", "strength")),
+    "booms": Shelf("booms.boom", "boom", ("skirt_depth", "freeboard", "strength")),
     "vessels": Shelf("vessels.hull_size", "vessel", ("length", "beam", "draft", "bollard_pull", "speed_kn")),
     "skimmers": Shelf(
         "booms.recovery.skimmer", "skimmer", ("kind", "nameplate", "recovery_efficiency", "swath", "storage")

@@ -23,7 +23,8 @@ from typing import Any
 
 from recordings.model.frame import CREW, INJECTS, INSTRUCTOR
 from scenarios.debrief.order_words import ACTS, order_in_words
-from scenarios.running.plan import Action, settings_of
+from scenarios.running.plan import Action
+from scenarios.schema.parsing.overrides import settings_of
 
 
 class Places:

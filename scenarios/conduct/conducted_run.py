@@ -29,14 +29,14 @@ from coupling.master.observer_dispatch import CommunicationPoint
 from recordings.files.writing import RecordingError
 from recordings.model.frame import Event, Frame, RunDescription
 from recordings.replay.joined import JoinedReplay
-from scenarios.conduct.averages import Means
+from scenarios.conduct.history import Means
 from scenarios.conduct.snapshot import scene_of, state_of
 from scenarios.running.assembly import Assembly
 from scenarios.running.checkpoints import Restart, find_restart
-from scenarios.running.instructor import GOES_ON, PAUSED
-from scenarios.running.pace import Pace
-from scenarios.running.plan import Plan, settings_of
+from scenarios.running.instructor import GOES_ON, PAUSED, Pace
+from scenarios.running.plan import Plan
 from scenarios.running.run_loop import MARKS
+from scenarios.schema.parsing.overrides import settings_of
 from scenarios.text.problems import ScenarioError
 
 MOST_LINES = 1000  # [1] of the log that wait for a console that stalls; the recording has all

@@ -1,13 +1,19 @@
 """The past of a run: for a page that is opened late, a sample of gauges and tracks; for one that looks back, whole states.
 
 Both are thinned out evenly, so that they stay small however long the run is.
+
+Figures that swing with the waves are averaged over a few seconds: a label that changes with each crest cannot be read.
 """
 
 from __future__ import annotations
 
 import bisect
+from collections import deque
 from collections.abc import Mapping
 from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 MOST_ROWS = 1500  # [1] of a sample; then every second row is dropped, and rows come half as often
 MOST_STATES = 400  # [1] as for rows
@@ -85,3 +91,33 @@ class Album:
         place = bisect.bisect_left(self._times, time)
         around = range(max(0, place - 1), min(len(self._times), place + 1))
         return self._texts[min(around, key=lambda index: abs(self._times[index] - time))]
+
+
+SPAN = 5.0  # [s] of simulated time over which a figure is averaged; chosen: a wave or two of the seas in which booms hold oil
+
+
+class Means:
+    """Means of figures over the last `SPAN` seconds, or since the start."""
+
+    def __init__(self) -> None:
+        self._past: dict[str, deque[tuple[float, NDArray[np.float64]]]] = {}
+
+    def mean(self, name: str, time: float, value: ArrayLike) -> NDArray[np.float64]:
+        """Take the value, () or (N,), of a figure at `time` [s], once for each time; return its mean, of the same shape and unit.
+
+        Each value stands for the time since the one before. What is not finite is returned as it is, and forgets what was before.
+        """
+        past, new = self._past.setdefault(name, deque()), np.asarray(value, np.float64)
+        if not np.isfinite(new).all():
+            past.clear()
+            return new
+        while past and past[-1][0] >= time - 1e-9:
+            past.pop()
+        past.append((time, new))
+        while len(past) > 2 and past[1][0] <= time - SPAN:
+            past.popleft()
+        if len(past) == 1:
+            return new
+        times = np.maximum([when for when, _ in past], time - SPAN)
+        values = np.stack([found for _, found in past])
+        return np.asarray(np.tensordot(np.diff(times), values[1:], axes=1) / (times[-1] - times[0]))

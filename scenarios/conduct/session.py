@@ -85,7 +85,6 @@ class Session:
         self._inbox: Inbox | None = None
         self._waiting = Counter[str]()  # commands, by role
         self._crews = asyncio.Lock()  # one order of a crew is with the run at a time: an instructor's waits for no more
-        self._is_closing = False
         self._ended = asyncio.Event()  # the present run
         self._turning = asyncio.Lock()  # held while the run ends for a branch or a debrief
         self._pieces: dict[str, Errand] = {}  # all runs so far, by the names of their recordings
@@ -115,7 +114,6 @@ class Session:
 
     def close(self) -> None:
         """Let the run end in order, and wait for it; a run that does not end in `LAST_WORDS` is ended."""
-        self._is_closing = True
         process = self._process
         if process is None:
             return

@@ -24,7 +24,7 @@ from recordings.model import palette
 from recordings.model.exercise import GROUND, BoomDescription
 from recordings.model.frame import Frame
 from recordings.model.words import CAUSE_IN_WORDS, LEADING
-from scenarios.conduct.averages import Means
+from scenarios.conduct.history import Means
 from scenarios.running.assembly import Assembly
 from scenarios.schema.exercise import BoomSettings, VesselSettings, body_of, joint_name
 from scenarios.schema.sea import SeaSettings

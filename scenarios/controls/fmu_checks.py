@@ -11,10 +11,9 @@ from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.isolated_fmu import Fmu, fmu
 from coupling.master.connection import Connection, connection_problems
 from coupling.master.participant import Variable, array_of
-from scenarios.controls.signal_board import signal_variables
-from scenarios.controls.signals import Signal
+from scenarios.controls.signals import Signal, signal_variables
 from scenarios.schema.fmu_settings import ORDER_BOARD, PREFIX, READING_BOARD, FmuSettings, connections_of
-from scenarios.text.problems import Problem, moved, problems_of, suggestion
+from scenarios.text.problems import Problem, problems_of, suggestion
 
 SIGNALS_SHOWN = 12  # signals that an error names
 
@@ -72,8 +71,6 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
     name = connection.target_variable if takes else connection.source_variable
     if not (takes or connection.source == READING_BOARD) or name in signals:
         return ""
-    if text := moved(name) or _renamed(name):
-        return f"is {name!r}, which {text}"
     fitting = [signal for signal, one in signals.items() if one.is_input == takes]
     place = name.rpartition(".")[0] + "."
     near = [signal for signal in fitting if signal.startswith(place)] or fitting
@@ -83,16 +80,6 @@ def _unknown_signal(connection: Connection, signals: Mapping[str, Signal]) -> st
     direction = "input of the run" if takes else "output of the run"
     hint = suggestion(name, fitting) or ","
     return f"is {name!r}, which is no {direction}{hint} allowed: {', '.join(shown) or 'none is there'}"
-
-
-def _renamed(name: str) -> str:
-    """Say by which name a signal goes that had another; empty for one that never had."""
-    match name.split("."):
-        case ["vessels", vessel, "speed_order" | "heading_order" as order]:
-            return f"is now vessels.{vessel}.legs.0.{order.removesuffix('_order')}"
-        case ["booms", _, end, "payout"]:
-            return f"is now vessels.{end}.hauled, of the other sign"
-    return ""
 
 
 def _unknown_fmu(connection: Connection, fmus: Mapping[str, FmuSettings]) -> str:

@@ -19,7 +19,7 @@ from scenarios.schema.parsing.overrides import parse_override, with_override
 from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import as_data, spellings, structure
 from scenarios.schema.tables import Parts
-from scenarios.text.problems import Problem, ScenarioError, moved, suggestion, unknown
+from scenarios.text.problems import Problem, ScenarioError, suggestion, unknown
 
 SIGNALS_SHOWN = 8  # signals that an error names
 PARTED = ("booms.*.parted",)  # joints that part add up
@@ -107,8 +107,6 @@ def leaves(data: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]
 def _why_not(keys: Keys, value: Any, parts: Parts) -> str:
     """Say why a setting is no order to a run of these tables, by its key; empty if it is one."""
     path, table, name = ".".join(keys), keys[0], keys[1] if len(keys) > 1 else ""
-    if text := moved(path):
-        return text
     if not any(key.startswith(f"{table}.") for key in KEYS):
         return _unchangeable(table)
     if table in parts.names and name not in parts.names[table] and not matches(f"{table}.{name}", NEW_TABLES):

@@ -3,6 +3,8 @@
 Names follow the scenario file: ``vessels.port.speed``, ``booms.main.port.tension``, ``sea.wind.speed``. The meaning of a
 signal for the parts of a run stands beside its name, in one place. Positions are of the centre of mass; roll, pitch and yaw turn the body
 about the world's x, y and z in this order; headings and directions are counter-clockwise from +x.
+
+A board is the participant to which the FMUs of a scenario are connected.
 """
 
 from __future__ import annotations
@@ -14,8 +16,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Array
 from oilsim.core.quantity import Quantity, quantities
 from oilsim.oil.ledger import BoomOil, OilRows
 from scenarios.controls.table import driven_entries
@@ -30,7 +32,17 @@ if TYPE_CHECKING:
     from oilsim.oil.ledger import OilLedger
     from vessels.control import ManualControl, VesselControl
 
-Array = NDArray[np.float64]
+
+from coupling.master.participant import (
+    Causality,
+    Participant,
+    Status,
+    StepResult,
+    Variable,
+    checked_value,
+    variable_table,
+)
+
 POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
 SKIMMED = (("encountered", "m3"), ("oil", "m3"), ("aboard", "m3"), ("rate", "m3/s"))
 PUSH = (("thrust", "N"), ("side_thrust", "N"), ("yaw_moment", "N m"))
@@ -237,3 +249,64 @@ def _value(boom: str, series: str, start: float, parts: RunParts) -> float:
 
 def _row(series: str, parts: RunParts) -> float:
     return parts.scoring.ledger.rows.series()[series]
+
+
+def signal_variables(signals: Mapping[str, Signal]) -> dict[str, Variable]:
+    """Turn signals into variables of shape (1,)."""
+    return variable_table(
+        Variable(
+            signal.name,
+            signal.unit,
+            (1,),
+            Causality.INPUT if signal.is_input else Causality.OUTPUT,
+            limits=signal.limits,
+        )
+        for signal in signals.values()
+    )
+
+
+class SignalBoard(Participant):
+    """Reads outputs from the parts of a run as they are and puts inputs into effect at once; keeps the contract of a participant.
+
+    A run has two: `ORDER_BOARD` takes what FMUs drive, before the parts step; `READING_BOARD` gives what feeds them, after.
+
+    An input that is never set leaves the run to the scenario and its orders; one that has been set rules from then on.
+    """
+
+    STATE = ()
+
+    def __init__(self, name: str, signals: Mapping[str, Signal], parts: RunParts) -> None:
+        super().__init__(name, signal_variables(signals).values())
+        self._signals = dict(signals)
+        self._parts = parts
+        self._given: dict[str, float] = {}
+
+    def get(self, name: str) -> Array:
+        """Return a signal (1,) in its unit, for an input the value last set; ValueError for an output that is not known."""
+        signal = self._signals.get(name)
+        if signal is None:
+            raise ValueError(f"the run has no signal {name!r}, allowed: {', '.join(self._signals)}")
+        return np.array([self._given.get(name, signal.start) if signal.read is None else signal.read(self._parts)])
+
+    def set(self, name: str, value: Array) -> None:
+        """Set an input (1,) in its unit; ValueError for a number beyond the limits of its key in a scenario file."""
+        number = float(checked_value(self.name, self.variables, name, value)[0])
+        self._parts.drive({name: number})
+        self._given[name] = number
+
+    def do_step(self, time: float, step_size: float) -> StepResult:
+        """Do nothing: inputs are in effect already."""
+        return StepResult(Status.OK, time + step_size)
+
+    def save_state(self) -> object:
+        """Return the values of the inputs that have been set."""
+        return dict(self._given)
+
+    def restore_state(self, state: object) -> None:
+        """Go back to a state that `save_state` returned; ValueError for a number beyond its limits."""
+        given = {
+            name: float(checked_value(self.name, self.variables, name, [value])[0])
+            for name, value in cast(dict[str, float], state).items()
+        }
+        self._parts.drive(dict.fromkeys(self._given) | given)
+        self._given = given

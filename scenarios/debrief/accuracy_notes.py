@@ -21,7 +21,7 @@ def accuracy_notes(replay: JoinedReplay) -> list[str]:
     """List what a reader of the page should know about its accuracy, a sentence or two each."""
     boxes = replay.run.properties.get("boxes")
     notes = [*_of_the_water(replay, str(boxes)), *_of_the_recording(replay)]
-    booms = replay.run.exercise.booms if replay.run.exercise else ()
+    booms = replay.run.booms
     if boxes != "none":
         notes += [text for boom in booms for text in _of_a_boom(replay, boom)]
     if len(booms) > 1:

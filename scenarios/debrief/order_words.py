@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import shlex
 import tomllib
 from collections.abc import Callable, Mapping
 from fnmatch import fnmatch
@@ -15,17 +14,16 @@ from fnmatch import fnmatch
 from oilsim.core.physical_constants import KNOT
 from recordings.model.words import course_in_words, levers_in_words, three_figures, volume_in_words
 from recordings.replay.recording import Replay
+from scenarios.schema.parsing.overrides import settings_of
 from scenarios.schema.parsing.structuring import COMPASS, SUFFIXES
 
-ORDERED = "orders "  # how the text of an order's event begins
 _COURSES = ("tow.heading", "wind.direction", "current.direction")
 
 
 def order_in_words(text: str, bearing: float) -> str:
     """Return the text of an instructor's event in words; `bearing` [rad] of the x axis, clockwise from north."""
-    if not text.startswith(ORDERED):
-        return text
-    return "; ".join(_in_words(setting, bearing) for setting in _settings(text))
+    settings = settings_of(text)
+    return "; ".join(_in_words(setting, bearing) for setting in settings) if settings else text
 
 
 def _in_words(setting: str, bearing: float) -> str:
@@ -162,15 +160,6 @@ def crew_acted(replay: Replay) -> bool:
     return not exercise.get("needs_orders", False) or any(
         any(fnmatch(setting, act) for act in ACTS)
         for event in replay.events
-        if event.is_by_people and event.text.startswith(ORDERED)
-        for setting in _settings(event.text)
+        if event.is_by_people
+        for setting in settings_of(event.text)
     )
-
-
-def _settings(text: str) -> list[str]:
-    """Return the settings that the text of an order's event has."""
-    ordered = text.removeprefix(ORDERED)
-    try:
-        return shlex.split(ordered)
-    except ValueError:  # older recordings have texts without quotes
-        return ordered.split(" ")

@@ -25,7 +25,6 @@ from booms.scores import LossSpeeds, catenary_parameter, skirt_drag_coefficient,
 from oilsim.core.physical_constants import KNOT
 from recordings.model import palette
 from recordings.model.appearance import tension_colors
-from recordings.model.exercise import BoomDescription
 from recordings.model.words import LEADING, cause_in_words, force_in_words, three_figures, volume_in_words
 from recordings.pictures.style import STYLE
 from recordings.replay.joined import JoinedReplay
@@ -120,7 +119,9 @@ def _rendered(replay: JoinedReplay, template: str, **parts: object) -> str:
             events=[replace(e, text=deck_text(replay, e)) for e in replay.events if not is_technical(e)],
             instructors_log=replay.events,  # as the program said them
             causes=[(cause_in_words(cause), palette.css(palette.cause_color(cause))) for cause in palette.CAUSES],
-            boom_colors=[tension_colors(boom, len(_booms(replay)) > 1).replace("**", "") for boom in _booms(replay)],
+            boom_colors=[
+                tension_colors(boom, len(replay.run.booms) > 1).replace("**", "") for boom in replay.run.booms
+            ],
             notes=accuracy_notes(replay),
             **parts,
         )
@@ -304,10 +305,6 @@ def _tension_rows(history: BoomHistory, density: float) -> list[tuple[str, str]]
     area = f"A = {boom.skirt_depth:g} m of skirt × {three_figures(radius)} m, the radius of the apex at a gap ratio of {gap:.2f}"
     return [(f"{rule}, with {area} = {three_figures(radius * boom.skirt_depth)} m², and V = {speed / KNOT:.2f} kn across "
              "the line between the ends", force_in_words(force)), *waves, recorded]  # fmt: skip
-
-
-def _booms(replay: Replay) -> Sequence[BoomDescription]:
-    return replay.run.exercise.booms if replay.run.exercise else ()
 
 
 def _changes(replay: Replay) -> str:

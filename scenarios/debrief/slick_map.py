@@ -81,9 +81,8 @@ def _draw_moment(axes: Axes, replay: Replay, key: KeyMoment, color: str, *, last
     for name, positions in key.moment.positions.items():
         if name in run.oils:
             draw_outline(axes, positions[:, :2], run.particle_spacing, "solid", color)
-    booms = run.exercise.booms if run.exercise else ()
-    for boom in booms:
-        _draw_boom(axes, boom, key, color, named=last and len(booms) > 1)
+    for boom in run.booms:
+        _draw_boom(axes, boom, key, color, named=last and len(run.booms) > 1)
     return Line2D([], [], color=color, linewidth=2.0, label=f"{key.number}: {key.time:.1f} s")
 
 

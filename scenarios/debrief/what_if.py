@@ -15,6 +15,7 @@ from recordings.replay.joined import JoinedReplay
 from recordings.replay.recording import Replay
 from scenarios.debrief.grade import exercise_grade, grades_of
 from scenarios.debrief.key_moments import deck_text
+from scenarios.schema.parsing.overrides import ORDERED
 
 # series of a curve that tell most of an exercise, their titles, units, and factors from SI; the first two that differ are drawn
 CURVES: Mapping[str, tuple[str, str, float]] = {
@@ -58,7 +59,7 @@ def _orders_of_second(first: Replay, second: Replay) -> Iterator[str]:
     """Yield the orders that only the second run has, in words, with their times."""
     known = [(event.time, event.text) for event in first.events if event.is_by_people]
     for event in second.events:
-        if event.is_by_people and event.text.startswith("orders "):
+        if event.is_by_people and event.text.startswith(ORDERED):
             if (event.time, event.text) in known:
                 known.remove((event.time, event.text))
             else:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ from coupling.master.participant import Participant
 from coupling.participants.fluid import FluidParticipant
 from oilsim import AdvanceReport
 from recordings.model.frame import RunDescription
-from scenarios.controls.signal_board import SignalBoard
-from scenarios.controls.signals import RunParts, signals_of
+from scenarios.controls.signals import RunParts, SignalBoard, signals_of
 from scenarios.running.run_controls import RunControls
 from scenarios.schema.exercise import body_of
 from scenarios.schema.fmu_settings import ORDER_BOARD, READING_BOARD, FmuSettings, connections_of
@@ -35,8 +34,7 @@ from scenarios.setup.simulators import Simulators, build_simulators
 from scenarios.spec.resolve import resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import problems_of
-from scenarios.watch.boom_scoring import Scoring
-from scenarios.watch.boom_strength import BoomStrength
+from scenarios.watch.boom_scoring import BoomStrength, Scoring
 from scenarios.watch.coupling_series import CouplingAccount
 from scenarios.watch.frame_source import FrameReader
 from scenarios.watch.run_accounts import RunAccounts, RunFigures
@@ -100,6 +98,25 @@ class Assembly(Simulators):
         """Count the particles now, by phase, and of all boundaries."""
         counts = {name: len(self.fluid.phase_ids(name)) for name in self.scenario.phases}
         return counts | {"boundary": self.fluid.boundary_count}
+
+    def account_states(self) -> dict[str, Any]:
+        """Return the accounts that are kept, as plain data; of strengths only those of booms that may part."""
+        strength = self.strength.save_state()
+        strengths = {"strength": strength} if strength["parted"] else {}
+        return {"remarks": self.remarks.save_state(), **strengths, **self.accounts.save_state()}
+
+    def save_state(self) -> dict[str, Any]:
+        """Return all that influences the next step besides the simulation's own state, and the accounts."""
+        return self.account_states() | self.controls.save_state() | self.sea.save_state()
+
+    def restore_state(self, state: Mapping[str, Any]) -> None:
+        """Go back to a state that `save_state` returned."""
+        if "strength" in state:
+            self.strength.restore_state(state["strength"])
+        self.controls.restore_state(state)
+        self.sea.restore_state(state)
+        self.accounts.restore_state(state)
+        self.remarks.restore_state(state["remarks"])
 
     def _tend_lines(self, point: CommunicationPoint) -> None:
         """Let overloaded booms part, and winches work."""

@@ -35,33 +35,14 @@ _NUMERIC = ("oilsim", "numpy", "numba", "pybullet")  # versions on which the bit
 
 def run_state(simulation: CoSimulation, assembly: Assembly) -> dict[str, Any]:
     """Return everything that influences the next step, and the accounts that are kept."""
-    state = {"simulation": simulation.save_state(), "remarks": assembly.remarks.save_state()}
-    return (
-        state
-        | _strength(assembly)
-        | assembly.controls.save_state()
-        | assembly.sea.save_state()
-        | assembly.accounts.save_state()
-    )
-
-
-def _strength(assembly: Assembly) -> dict[str, Any]:
-    """Return the state of booms that may part; nothing without such booms, so that other runs keep the hash of their state."""
-    saved = assembly.strength.save_state()
-    return {"strength": saved} if saved["parted"] else {}
+    return {"simulation": simulation.save_state(), **assembly.save_state()}
 
 
 def begin_from(state: Mapping[str, Any], simulation: CoSimulation, assembly: Assembly) -> None:
     """Initialize a run that has not begun at a state from `run_state`."""
-    own = {**assembly.accounts.save_state(), **_strength(assembly), "remarks": assembly.remarks.save_state()}
-    for name, account in own.items():
+    for name, account in assembly.account_states().items():
         require_alike(name, state[name], account)
-    if "strength" in own:
-        assembly.strength.restore_state(state["strength"])
-    assembly.controls.restore_state(state)
-    assembly.sea.restore_state(state)
-    assembly.accounts.restore_state(state)
-    assembly.remarks.restore_state(state["remarks"])
+    assembly.restore_state(state)
     simulation.initialize(state["simulation"])
 
 

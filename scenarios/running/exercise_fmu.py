@@ -22,8 +22,7 @@ from coupling.master.errors import CoSimulationError
 from coupling.master.participant import Participant, Status, StepResult, checked_value
 from oilsim.backend.arrays import Array
 from scenarios.controls.fmu_checks import all_are_kept
-from scenarios.controls.signal_board import SignalBoard, signal_variables
-from scenarios.controls.signals import Signal, signals_of
+from scenarios.controls.signals import Signal, SignalBoard, signal_variables, signals_of
 from scenarios.running.assembly import Assembly, build
 from scenarios.schema.fmu_settings import ORDER_BOARD, connections_of
 from scenarios.schema.parsing.structuring import as_data
@@ -118,10 +117,7 @@ class ExerciseParticipant(Participant):
             "start_time": self._start_time,
             "simulation": simulation.save_state(),
             "inputs": self._inputs().save_state(),
-            "strength": self._assembly.strength.save_state(),
-            **self._assembly.controls.save_state(),
-            **self._assembly.sea.save_state(),
-            **self._assembly.accounts.save_state(),
+            **self._assembly.save_state(),
         }
 
     def restore_state(self, state: object) -> None:
@@ -136,18 +132,15 @@ class ExerciseParticipant(Participant):
             return
         assert self._assembly is not None
         self._start_time = state["start_time"]
-        self._assembly.strength.restore_state(state["strength"])
-        self._assembly.accounts.restore_state(state)
         self._inputs().restore_state(state["inputs"])
-        self._assembly.controls.restore_state(state)
-        self._assembly.sea.restore_state(state)
+        self._assembly.restore_state(state)
         self._running().restore_state(state["simulation"])
 
     def _has_parted_since(self, state: Mapping[str, Any]) -> bool:
         """Tell whether a joint that held when a state was saved has parted: no world makes one whole again."""
         assert self._assembly is not None
-        now, before = self._assembly.strength.save_state()["parted"], state["strength"]["parted"]
-        return any(set(joints) - set(before[boom]) for boom, joints in now.items())
+        now = self._assembly.strength.save_state()["parted"]
+        return any(set(joints) - set(state["strength"]["parted"][boom]) for boom, joints in now.items())
 
     def _begin_anew(self, state: Mapping[str, Any]) -> None:
         """Go to a state that was saved before a run, or to the beginning of a run that this instance has not begun."""

@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING, Any
 from recordings.model.frame import INSTRUCTOR
 from scenarios.controls.order_checks import PARTED, entries_of, leaves, order_problems, with_order
 from scenarios.controls.table import contradictions, matches, plain_path
-from scenarios.debrief.order_words import ORDERED
 from scenarios.schema.bodies import MeshBody
-from scenarios.schema.parsing.overrides import parse_override
+from scenarios.schema.parsing.overrides import ORDERED, parse_override, settings_of
 from scenarios.schema.parsing.structuring import as_data
 from scenarios.spec.load import changed_scenario, scenario_from
 from scenarios.spec.scenario import Scenario
@@ -54,21 +53,6 @@ class Action:
     def text(self) -> str:
         """The text of the order's event; `settings_of` reads it back."""
         return f"{ORDERED}{shlex.join(self.settings)}"
-
-    @property
-    def texts(self) -> set[str]:
-        """The texts that its event may have: older recordings have the settings without quotes."""
-        return {self.text, f"{ORDERED}{' '.join(self.settings)}"}
-
-
-def settings_of(text: str) -> tuple[str, ...]:
-    """Return the settings that the text of an event orders; none if it is no order's text. ScenarioError for one that is damaged."""
-    if not text.startswith(ORDERED):
-        return ()
-    try:
-        return tuple(shlex.split(text.removeprefix(ORDERED)))
-    except ValueError as error:
-        raise ScenarioError([Problem("the event", f"{text!r} cannot be read: {error}")], "oilsim") from error
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -258,7 +242,7 @@ def _digest(path: Path) -> str:
 def given_orders(plan: Plan, replay: Replay) -> Iterator[Action]:
     """Yield the orders of instructor and crews that are not in a run's plan, in order; injects come by themselves."""
     step = plan.scenario.run.communication_step
-    planned = Counter((action.index, text) for action in plan.actions for text in action.texts)
+    planned = Counter((action.index, action.text) for action in plan.actions)
     for event in replay.events:
         if not event.is_by_people:
             continue

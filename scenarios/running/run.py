@@ -18,9 +18,8 @@ from recordings.model.sample import grid_within
 from recordings.model.words import cause_in_words, volume_in_words
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.checkpoints import Restart, checkpoint_writer
-from scenarios.running.instructor import Instructor
+from scenarios.running.instructor import Instructor, Pace
 from scenarios.running.output_paths import already_there, checkpoint_folder, require_apart, unwritable
-from scenarios.running.pace import Pace
 from scenarios.running.plan import Plan
 from scenarios.running.run_loop import RunLoop
 from scenarios.running.run_requests import requests_by_posix_signal

@@ -33,8 +33,7 @@ from scenarios.setup.simulators import Simulators
 from scenarios.spec.resolve import RunSpec, resolve
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
-from scenarios.watch.boom_scoring import Scoring
-from scenarios.watch.boom_strength import BoomStrength
+from scenarios.watch.boom_scoring import BoomStrength, Scoring
 from vessels.control import MACHINERY_ORDERS, ManualControl, VesselControl
 
 if TYPE_CHECKING:

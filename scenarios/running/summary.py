@@ -16,7 +16,7 @@ from oilsim.accounts.ledger import Ledger
 from recordings.files.writing import write_whole
 from recordings.model.frame import Event, Frame, RunDescription
 from scenarios.running.assembly import Assembly
-from scenarios.running.pace import EvenSample
+from scenarios.running.instructor import EvenSample
 from scenarios.text.versions import versions
 
 

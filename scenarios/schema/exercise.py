@@ -13,12 +13,11 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
 from booms.boom import BoomDesign, Pocket
-from booms.catalog import catalogue as boom_catalogue
+from booms.boom import catalogue as boom_catalogue
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.bodies import crosses_itself
 from scenarios.schema.criteria import Deployment
-from scenarios.schema.parsing.from_catalogue import CatalogueSection
-from scenarios.schema.parsing.quantity_fields import Point2, Section
+from scenarios.schema.parsing.quantity_fields import CatalogueSection, Point2, Section
 from scenarios.schema.parsing.relations import Relation, above, at_most_one, exactly_one, only_with, reference, together
 from scenarios.text.problems import Problem
 from vessels.course import CourseLeg

@@ -14,7 +14,7 @@ PREFIX = "fmus."  # of an FMU's name as a participant, so that it cannot be take
 ORDER_BOARD, READING_BOARD = (
     "orders",
     "readings",
-)  # the participants that FMUs are connected to, see `scenarios.controls.signal_board`
+)  # the participants that FMUs are connected to, see `scenarios.controls.signals`
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,8 +10,7 @@ from typing import Any, ClassVar, cast
 from booms.recovery.skimmer import USUAL_EFFICIENCY, SkimmerDesign, SkimmerKind, catalogue
 from oilsim.core.quantity import quantity, quantity_of
 from scenarios.schema.exercise import body_of, segment_names
-from scenarios.schema.parsing.from_catalogue import CatalogueSection
-from scenarios.schema.parsing.quantity_fields import Point2
+from scenarios.schema.parsing.quantity_fields import CatalogueSection, Point2
 from scenarios.schema.parsing.relations import Relation, only_with, reference
 from scenarios.text.problems import Problem
 

@@ -46,19 +46,10 @@ class Lattice:
         return self.corner[axis] + (np.arange(begin, end) + 0.5) * self.spacing
 
     def box(self, lower: Vector, upper: Vector) -> Array:
-        """Return the points (N, 3) [m] of a box."""
-        return self._product([(lower[axis], upper[axis]) for axis in range(3)])
-
-    def around(self, lower: Array, upper: Array) -> Array:
-        """Return points (N, 3) [m] of the lattice: all within the box from `lower` to `upper`, (3,) [m], and few others of the tank."""
-        low, high = lower - self.spacing, upper + self.spacing
-        return self._product([(float(low[axis]), float(high[axis])) for axis in range(3)])
-
-    def _product(self, ranges: Sequence[tuple[float, float]]) -> Array:
-        """Return the points (N, 3) [m] of three ranges [m]; in two dimensions the range in y has no planes, however long it is."""
+        """Return the points (N, 3) [m] of a box; in two dimensions its range in y has no planes, however long it is."""
         axes = [
             np.zeros(1) if axis == 1 and self.dimension == 2 else self.planes(axis, low, high)
-            for axis, (low, high) in enumerate(ranges)
+            for axis, (low, high) in enumerate(zip(lower, upper, strict=True))
         ]
         return _grid(axes)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from importlib import resources
@@ -15,7 +14,7 @@ from scenarios.schema.parsing.quantity_fields import field_kinds
 from scenarios.schema.parsing.structuring import COMPASS, structure
 from scenarios.schema.tables import NAMED_TABLES, Parts
 from scenarios.spec.scenario import Scenario, problems_of
-from scenarios.text.problems import Problem, ScenarioError, moved, suggestion, unknown
+from scenarios.text.problems import Problem, ScenarioError, suggestion, unknown
 from scenarios.text.toml import read_toml_file
 
 CHOICES = {"fidelity": "fidelities", "level": "levels"}  # tables of the changes of each
@@ -107,12 +106,10 @@ def _sound(scenario: Scenario | None, problems: list[Problem]) -> Scenario:
 
 def _read(data: Mapping[str, Any], folder: Path | None = None) -> tuple[Scenario | None, Parts, list[Problem]]:
     """Read plain data: the scenario if all is well with its tables, those that could be read, and the problems."""
-    data, renamed = _without_moved(data)
     data, misread = without_compass(_with_paths(data, folder or Path.cwd()))
-    misread = [*renamed, *misread]
     sound, problems = _structured(data)
-    unread = [_field_of(fault) for fault in misread if fault not in renamed]
-    problems = misread + [_without_former(one) for one in problems if one.path not in unread]
+    unread = [_field_of(fault) for fault in misread]
+    problems = misread + [one for one in problems if one.path not in unread]
     names = {table: tuple(data[table]) if isinstance(data.get(table), Mapping) else () for table in NAMED_TABLES}
     tables = {name: sound[name] for name in Parts.__dataclass_fields__ if name in sound}
     parts = Parts(names=names, given=frozenset(data), **tables)
@@ -122,27 +119,6 @@ def _read(data: Mapping[str, Any], folder: Path | None = None) -> tuple[Scenario
         return Scenario(**sound), parts, []
     except ScenarioError as error:
         return None, parts, list(error.problems)
-
-
-def _without_moved(data: Mapping[str, Any], path: str = "") -> tuple[dict[str, Any], list[Problem]]:
-    """Copy the data without keys that had other names, and return a problem for each of them."""
-    kept, problems = dict[str, Any](), list[Problem]()
-    for key, value in data.items():
-        place, below = f"{path}{key}", list[Problem]()
-        if isinstance(value, Mapping):
-            value, below = _without_moved(value, f"{place}.")
-        text = moved(place)
-        problems += below or ([Problem(place, text)] if text else [])
-        if not text:
-            kept[key] = value
-    return kept, problems
-
-
-def _without_former(problem: Problem) -> Problem:
-    """Return a problem that says what has become of a word that was allowed once."""
-    word = re.match(r"is '([\w-]+)'", problem.text)
-    text = moved(f"{problem.path}={word[1]}") if word else ""
-    return Problem(problem.path, f"is {word[1]!r}, which {text}") if word and text else problem
 
 
 def _without_newcomers(problems: Sequence[Problem], data: Mapping[str, Any], overrides: Sequence[str]) -> list[Problem]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from booms.boom import Pocket
-from booms.catalog import catalogue
+from booms.boom import Pocket, catalogue
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import (
     Closures,

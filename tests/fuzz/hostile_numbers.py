@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.controls.signal_board import SignalBoard
-from scenarios.controls.signals import signals_of
+from scenarios.controls.signals import SignalBoard, signals_of
 from scenarios.controls.table import KEYS
 from scenarios.debrief.grade import CRITERIA, read_criteria
 from scenarios.running.assembly import Assembly, build

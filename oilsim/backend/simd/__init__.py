@@ -14,9 +14,8 @@ off the same functions run on numpy arrays; compiled they become LLVM's portable
 kernels would run with LANES = 1.
 """
 
-from oilsim.backend.simd.arithmetic import above_zero, floor, only, positive, root, rounded, spread, summed
 from oilsim.backend.simd.memory import below, gather, gather_four, load, store
-from oilsim.backend.simd.types import LANES
+from oilsim.backend.simd.types import LANES, above_zero, floor, only, positive, root, rounded, spread, summed
 
 __all__ = [
     "LANES", "above_zero", "below", "floor", "gather", "gather_four", "load", "only", "positive", "root", "rounded", "spread", "store",

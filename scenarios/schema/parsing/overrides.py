@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,6 +18,7 @@ RIVALS: Mapping[str, tuple[str, ...]] = {
     "density": ("mass",),
 }
 
+ORDERED = "orders "  # how the text of an order's event begins
 MOST_PARTS = 12  # of a key; the longest that means something has six
 
 _INDEX = r"-?[0-9]{1,9}"  # of an entry of a list, from its end if it is below 0
@@ -94,3 +96,13 @@ def _index(entries: list[Any], key: str) -> int:
     raise LookupError(
         f"names entry {key!r}{hint} allowed: 0 to {len(entries) - 1}" + "".join(f", {n}" for n in names if n)
     )
+
+
+def settings_of(text: str) -> tuple[str, ...]:
+    """Return the settings that the text of an event orders; none if it is no order's text. ScenarioError for one that is damaged."""
+    if not text.startswith(ORDERED):
+        return ()
+    try:
+        return tuple(shlex.split(text.removeprefix(ORDERED)))
+    except ValueError as error:
+        raise ScenarioError([Problem("the event", f"{text!r} cannot be read: {error}")], "oilsim") from error

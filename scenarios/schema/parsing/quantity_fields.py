@@ -1,15 +1,19 @@
-"""Declaration of a scenario's sections: each checks its own fields, numbers by the limits that `oilsim.core.quantity` declares."""
+"""Declaration of a scenario's sections: each checks its own fields, numbers by the limits that `oilsim.core.quantity` declares.
+
+A catalogue section takes what a scenario does not state from an entry of a catalogue.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar, get_type_hints
 
+from oilsim.core.catalogue import CatalogueEntry
 from oilsim.core.quantity import Quantity, quantities
 from scenarios.schema.parsing.relations import Relation
 from scenarios.schema.parsing.type_checks import Misfit, shape_of, taken
-from scenarios.text.problems import Problem, ScenarioError
+from scenarios.text.problems import Problem, ScenarioError, unknown
 
 Vector = tuple[float, float, float]
 Point2 = tuple[float, float]
@@ -83,3 +87,43 @@ def faulty_entry(limits: Quantity, value: Any) -> tuple[tuple[str, ...], str] | 
         return None
     fault = limits.fault(value)
     return None if fault is None else ((), fault)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CatalogueSection(Section):
+    """A section whose field KEY may name an entry of CATALOGUE, which gives the fields of USUAL_VALUES that are None.
+
+    USUAL_VALUES are those of a section without an entry, or whose entry has none; MISSING is one that must be stated then.
+    """
+
+    KEY: ClassVar[str]
+    CATALOGUE: ClassVar[Callable[[], Mapping[str, CatalogueEntry]]]
+    USUAL_VALUES: ClassVar[Mapping[str, Any]]
+
+    def __post_init__(self) -> None:
+        """Take what is not stated from the catalogue, then check everything; ScenarioError with every problem."""
+        named, entries = getattr(self, self.KEY), type(self).CATALOGUE()
+        entry = entries.get(named) if isinstance(named, str) else None
+        found = []
+        if named is not None and entry is None:
+            found.append(
+                Problem(self.KEY, f"is {named!r}, which {unknown(str(named), entries, f'{self.KEY} of the catalogue')}")
+            )
+        open_fields = [name for name in self.USUAL_VALUES if getattr(self, name) is None]
+        for name in open_fields:
+            given = getattr(entry, name, None)
+            object.__setattr__(self, name, self.USUAL_VALUES[name] if given is None else given)
+        lacking = [name for name in open_fields if getattr(self, name) is MISSING]
+        if not found:
+            other = (
+                f", or {self.KEY} = a name of the catalogue"
+                if entry is None
+                else f": {named!r} of the catalogue has none"
+            )
+            found += [Problem(name, f"is missing, allowed: a value{other}") for name in lacking]
+        try:
+            super().__post_init__()
+        except ScenarioError as error:
+            found += [problem for problem in error.problems if problem.path not in (self.KEY, *lacking)]
+        if found:
+            raise ScenarioError(found, type(self).__name__)

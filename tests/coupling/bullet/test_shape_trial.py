@@ -8,7 +8,7 @@ import warnings
 import pybullet
 import pytest
 
-from coupling.bullet import shape_trial
+from coupling.bullet import shapes
 from coupling.bullet.links import LinkedBody
 
 
@@ -44,7 +44,7 @@ def test_the_copy_that_is_asked_first_is_not_warned_of_beside_threads(pybullet_c
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            shape_trial.require_askable(pybullet_client, cube)
+            shapes.require_askable(pybullet_client, cube)
     finally:
         done.set()
         beside.join()
@@ -55,10 +55,10 @@ def test_where_the_engine_runs_elsewhere_its_own_file_tells(
     pybullet_client: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As with a window or a shared memory, whose engine a copy of this process could not ask."""
-    monkeypatch.setattr(shape_trial, "_OWN", set())
+    monkeypatch.setattr(shapes, "_OWN", set())
     cube = pybullet.loadURDF("cube.urdf", physicsClientId=pybullet_client)
-    shape_trial.require_askable(pybullet_client, cube)
+    shapes.require_askable(pybullet_client, cube)
     ant = pybullet.loadMJCF("mjcf/ant.xml", physicsClientId=pybullet_client)[-1]
     with pytest.raises(ValueError, match="may end the process"):
-        shape_trial.require_askable(pybullet_client, ant)
-    shape_trial.require_askable(pybullet_client, cube)
+        shapes.require_askable(pybullet_client, ant)
+    shapes.require_askable(pybullet_client, cube)

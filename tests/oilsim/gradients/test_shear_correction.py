@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oilsim import block, tank_walls
-from oilsim.gradients.shear_correction import LARGEST
+from oilsim.gradients.gradient_correction import LARGEST
 from tests.oilsim.conftest import cache, disturbed, search, sum_up
 
 SPACING = 0.1

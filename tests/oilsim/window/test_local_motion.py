@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from oilsim.sea import CurrentProfile, RegularWaves, Sea, SeaDescription, SteadyFlow
-from oilsim.window.local_motion import gauss_points, local_motion
 from oilsim.window.sea_motion import SeaMotion
+from oilsim.window.window import gauss_points, local_motion
 
 STEP = 1e-4
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from scenarios.conduct.averages import SPAN, Means
+from scenarios.conduct.history import SPAN, Means
 
 
 @pytest.mark.parametrize("step", [0.05, 0.5])

@@ -10,7 +10,7 @@ from typing import Any
 
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.conduct.conducted_run import ConsoleFeed, LatestSender
-from scenarios.running.pace import Pace
+from scenarios.running.instructor import Pace
 from scenarios.running.plan import Plan
 from scenarios.spec.load import scenario_from
 from tests.scenarios.small_tow import small_tow

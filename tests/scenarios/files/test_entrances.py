@@ -15,8 +15,7 @@ import pytest
 
 from recordings import Replay
 from scenarios.cli import main
-from scenarios.controls.signal_board import SignalBoard
-from scenarios.controls.signals import Signal, signals_of
+from scenarios.controls.signals import Signal, SignalBoard, signals_of
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.exercise_fmu import ExerciseParticipant
 from scenarios.running.plan import Plan

@@ -498,65 +498,6 @@ def test_shipped_scenarios_are_sound(name: str, demo: bool) -> None:
     assert scenario.title
 
 
-def test_keys_that_have_moved_are_told_where_to() -> None:
-    """In a file, in --set, and for every key of a table."""
-    old = """
-[forcing.wind]
-speed = 3.0
-gustiness = 0.2
-drag_coefficient = 1e-3
-[forcing.waves]
-height = 0.1
-lower = [0.0, 0.0, 0.0]
-[sea.turbulence]
-stretch = true
-"""
-    assert problems_of(old) == {
-        "forcing.wind.speed": "is now sea.wind.speed",
-        "forcing.wind.gustiness": "is now sea.wind.gust_intensity",
-        "forcing.wind.drag_coefficient": "is no more, allowed: without it",
-        "forcing.waves.height": "is now sea.waves.height",
-        "forcing.waves.lower": "is now tank.zones.NAME.lower",
-        "sea.turbulence.stretch": "is no more, allowed: without it",
-    }
-    with pytest.raises(ScenarioError, match=r"forcing\.current\.speed is now sea\.current\.speed"):
-        load_scenario("u-sweep", overrides=["forcing.current.speed=0.2"])
-
-
-KEYS_THAT_WERE = (
-    *(
-        f"fluid.{key}"
-        for key in ("density_tolerance", "viscosity_tolerance", "density_iterations", "divergence_iterations")
-    ),
-    *(f"fluid.{key}" for key in ("viscosity_iterations", "explicit_viscosity", "cfl")),
-    *(f"fill.pool.{key}" for key in ("inside", "axis")),
-    *(f"sea.waves.{key}" for key in ("stretching", "theory", "phase", "phase_deg", "highest_frequency", "count")),
-    *(f"sea.wind.{key}" for key in ("highest_frequency", "drift_layer", "deflection", "deflection_deg", "longest_gap")),
-    *("sea.current.longest_gap", "sea.langmuir.convergence", "sea.langmuir.jet", "booms.main.seed"),
-    *("bodies.pole.angular_velocity", "bodies.pole.angular_velocity_deg", "bodies.pole.motion.release"),
-    *(f"recording.{key}" for key in ("water_every", "surface_rate", "checkpoints_kept")),
-)
-
-
-@pytest.mark.parametrize("key", KEYS_THAT_WERE)
-def test_a_key_that_was_says_what_to_write_now(key: str) -> None:
-    assert problems_with(f"{key}=1")[key].startswith("is no more, allowed: ")
-
-
-@pytest.mark.parametrize(
-    "key, word",
-    [
-        *(("bodies.pole.shape", shape) for shape in ("polygon", "capsule", "wigley")),
-        *(("bodies.pole.motion.kind", kind) for kind in ("ramp", "table", "rotation")),
-        ("fill.pool.shape", "sphere"),
-    ],
-)
-def test_a_word_that_was_a_value_says_what_to_write_now(key: str, word: str) -> None:
-    assert problems_with("bodies.pole.shape=box", f"{key}={word}")[key].startswith(
-        f"is {word!r}, which is no more, allowed: "
-    )
-
-
 def test_a_change_of_a_fidelity_or_level_holds_where_this_is_chosen() -> None:
     fine = load_scenario("sweep-200m", overrides=["fidelity=fine", "fidelities.fine.window.spacing=0.3"]).scenario
     assert fine.window is not None and fine.window.spacing == 0.3
@@ -582,10 +523,6 @@ def test_an_exercise_offers_fidelities_and_refuses_others() -> None:
         load_scenario("u-sweep", overrides=["fidelity=live"])
     with pytest.raises(ScenarioError, match=r"fidelity is 'fine', allowed in this exercise: none; fine needs"):
         load_scenario("shore-seal", overrides=["fidelity=fine"])
-    with pytest.raises(
-        ScenarioError, match=r"run\.detail is no more, allowed: fidelity = .*; a \[tank\], a \[window\] or neither"
-    ):
-        load_scenario("u-sweep", overrides=["run.detail=none"])
     assert problems_of("[fidelities.best]\nrun.seed = 2")["fidelities.best"].startswith("is no fidelity, allowed")
 
 

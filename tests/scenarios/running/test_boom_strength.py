@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from booms.catalog import catalogue
+from booms.boom import catalogue
 from coupling.testkit import assert_restarts_exactly
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.running.assembly import build

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from recordings.files.checkpoint import state_from_bytes, state_to_bytes
-from scenarios.running.pace import MOST, EvenSample
+from scenarios.running.instructor import MOST, EvenSample
 
 
 def sampled(values) -> EvenSample:

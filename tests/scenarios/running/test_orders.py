@@ -24,7 +24,7 @@ from scenarios.orders.client import NoAnswerError, go_on, order, pause
 from scenarios.orders.protocol import LONGEST, RunCard, find_run, new_socket_path, posted, request_line, runtime_folder
 from scenarios.running import plan as plans
 from scenarios.running.checkpoints import find_restart
-from scenarios.running.pace import GLANCE, MOST_BEHIND, Pace
+from scenarios.running.instructor import GLANCE, MOST_BEHIND, Pace
 from scenarios.running.plan import Plan
 from scenarios.running.run import RunOptions, resume, run_scenario
 from scenarios.running.run_requests import RunRequests
@@ -237,7 +237,6 @@ def test_what_may_not_be_ordered_changes_nothing_and_is_told(
         ("tow.speed",): "order is 'tow.speed', allowed: key=value",
         ("run.duration=9",): "run.duration cannot be changed during a run",
         ("emitters.a.speed=1",): "emitters.a.speed cannot be ordered: the run has no tank",
-        ("forcing.wind.speed=1",): "forcing.wind.speed is now sea.wind.speed",
         ("booms.main.parted=[8]",): "booms.main.parted is [8], allowed: numbers from 1 to 7",
         ("sea.waves={kind='regular', height=9, period=2}",): "sea.waves",
         ("tow.speed=0.5", "go-on", "tow.speed=0.4"): "allowed: pause as the first word",
@@ -391,7 +390,7 @@ class Clock:
 
 def test_pace_is_never_early_and_what_is_late_does_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
     clock, pace = Clock(), Pace(2.0)
-    monkeypatch.setattr("scenarios.running.pace.time", clock)
+    monkeypatch.setattr("scenarios.running.instructor.time", clock)
     for index in range(1, 11):
         assert pace.keep(index * STEP, clock.rest) == ""
         assert clock.now == pytest.approx(100.0 + (index - 1) * STEP / 2.0)

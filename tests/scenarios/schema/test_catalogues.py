@@ -7,7 +7,7 @@ from dataclasses import fields
 
 import pytest
 
-from booms.catalog import catalogue as booms
+from booms.boom import catalogue as booms
 from booms.recovery.skimmer import catalogue as skimmers
 from booms.recovery.skimmer import daily_capacity
 from oilsim.core.catalogue import CatalogueEntry

@@ -261,8 +261,6 @@ def test_units_are_compared_and_ends_checked(folder: Path, capsys: pytest.Captur
         'fmus.winch.inputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
         'fmus.winch.outputs.paid_out="vessels.tug.x"': "target is an output, allowed: input",
         'fmus.winch.outputs.paid_out="vessels.tug.hualed"': "which is no input of the run, did you mean 'vessels.tug.hauled'?",
-        'fmus.winch.outputs.paid_out="booms.main.tug.payout"': "which is now vessels.tug.hauled, of the other sign",
-        'fmus.winch.outputs.paid_out="vessels.tug.speed_order"': "which is now vessels.tug.legs.0.speed",
         'fmus.winch.inputs.tension="fmus.wind.speed"': "is from 'fmus.wind', which does not exist, allowed: fmus.winch, a signal",
         'fmus.winch.outputs.paid_out="vessels.tug.hauled"': "which fmus.winch.outputs.hauled already drives",
         'fmus.winch.units.tension="kN"': "unit of 'tension' is given as 'kN', but the FMU itself says 'N'",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from booms.catalog import catalogue
+from booms.boom import catalogue
 from booms.losses.rates import Closures, PooledBoom, SlickLosses
 from coupling.participants.plan_barriers import Beach
 from oilsim.slick.barriers import Boom, Immersion, Outline

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.constants import knot
 
-from booms.catalog import catalogue
+from booms.boom import catalogue
 from booms.deployment import catenary_chain
 from booms.loads import freeboard_drag, skirt_drag
 from booms.losses.liquids import OilOnWater
