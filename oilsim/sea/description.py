@@ -14,7 +14,7 @@ from oilsim.core.quantity import quantity, require
 from oilsim.sea.flows import Flow, FlowTable, SteadyFlow, TidalFlow, Tide
 from oilsim.sea.jonswap import JonswapWaves
 from oilsim.sea.regular_waves import RegularWaves
-from oilsim.sea.stream import Stream
+from oilsim.sea.stream import Stream, StreamTable
 from oilsim.sea.wave_components import StillWater
 from oilsim.sea.wind_stress import KaimalGusts, LangmuirCells, WindDrift
 
@@ -104,7 +104,7 @@ class SeaDescription:
     langmuir    LangmuirCells, or None; they need wind and waves
     diffusivity [m2/s] of the turbulence that disperses what floats, in all horizontal directions; 0.1 to 10 at sea
     tide        Tide, or None: the surface stays at `level`, but for its waves
-    along_land  Stream that leads the current along land, while `current` is that far out; None: it is the same everywhere
+    stream      Stream or StreamTable: how the current differs from place to place, `current` is that far out, or at the origin; or None
     carried     Continuation of the sea before this one; by default there is none
     Raises ValueError for values that are not allowed; `oilsim.sea.Sea` raises it for waves that cannot be.
     """
@@ -119,7 +119,7 @@ class SeaDescription:
     langmuir: LangmuirCells | None = None
     diffusivity: float = quantity("m2/s", default=0.0, at_least=0.0)
     tide: Tide | None = None
-    along_land: Stream | None = None
+    stream: Stream | StreamTable | None = None
     build_up: float = quantity("s", default=0.0, at_least=0.0)
     carried: Continuation = field(default_factory=Continuation)
 
@@ -133,7 +133,7 @@ class SeaDescription:
         yield from of_kind("wind", self.wind, WindField, none)
         yield from of_kind("langmuir", self.langmuir, LangmuirCells, none)
         yield from of_kind("tide", self.tide, Tide, none)
-        yield from of_kind("along_land", self.along_land, Stream, none)
+        yield from of_kind("stream", self.stream, Stream, StreamTable, none)
         yield from of_kind("carried", self.carried, Continuation)
         if self.waves is not None and self.gravity == 0.0:
             yield "gravity is 0 m/s2, allowed with waves: above 0 m/s2"
@@ -150,10 +150,6 @@ class SeaDescription:
             return 1.0, 0.0
         angle = math.pi * max(time, 0.0) / self.build_up
         return math.sin(0.5 * angle) ** 2, 0.5 * math.pi / self.build_up * math.sin(angle)
-
-    def led_by_land(self, vector: np.ndarray, places: np.ndarray | None) -> np.ndarray:
-        """Return what a vector (2,) [m/s, m/s2] of the current far out is at places (N, 2) [m]: (N, 2), or (2,) where it is the same."""
-        return vector if self.along_land is None or places is None else self.along_land.at(places) @ vector
 
     @property
     def water(self) -> StillWater:

@@ -74,7 +74,7 @@ class Sea:
         return waves.components(self._water, flow, self.description.shear_exponent)
 
     def followed_by(self, description: SeaDescription, time: float, place: Double) -> Sea:
-        """Return the sea of another description, in which the patterns of this one go on from where they are at `time` [s], along its land.
+        """Return the sea of another description in which the patterns of this go on from where they are at `time` [s], in its stream.
 
         Waves of the same lengths do so everywhere; waves of as many other lengths, and gusts, whose lengths grow with the wind, at a
         `place` (2,) [m]. Waves of another number begin anew.
@@ -87,7 +87,7 @@ class Sea:
             lead=carried.lead + (after._arrival(place) - self._arrival(place)),
             made_in=self._made_in(),
         )
-        after = Sea(replace(description, along_land=self.description.along_land, carried=goes_on))
+        after = Sea(replace(description, stream=self.description.stream, carried=goes_on))
         turn = self._turn_of(after, time, place)
         return after if not turn else Sea(replace(after.description, carried=replace(goes_on, turn=turn)))
 
@@ -189,15 +189,17 @@ class Sea:
     def current(self, z: ArrayLike, time: float, places: Double | None = None) -> Double:
         """Return the current without waves and wind (N, 2) [m/s] at heights (N,) [m] in the world.
 
-        places (N, 2) [m], or (2,) for a single height; None: far from land.
+        places (N, 2) [m], or (2,) for a single height; None: far from land, or at the origin of a table.
         """
         current, z = self.description.current, np.asarray(z, np.float64)
         if current is None:
             return np.zeros((*z.shape, 2))
         still = np.clip(z - self.still_level(time), -self._water.depth, 0.0)
         share = profile(still, self._water.depth, current.shear_exponent)
-        places = None if places is None else np.atleast_2d(places)
-        return share[..., None] * self.description.led_by_land(current.flow.velocity(time), places)
+        velocity, stream = current.flow.velocity(time), self.description.stream
+        if stream is not None and places is not None:
+            velocity = stream.current(velocity, np.atleast_2d(places), time)
+        return share[..., None] * velocity
 
     def mean_wind(self, time: float) -> Double:
         """Return the wind without gusts (2,) [m/s] at 10 m; zeros without a wind."""
@@ -279,8 +281,11 @@ class Sea:
             share: Double | float = 1.0
             if current.shear_exponent:
                 share = profile(field.stretched, self._water.depth, current.shear_exponent)[:, None]
-            field.velocity[:, :2] += share * self.description.led_by_land(current.flow.velocity(time), points)
-            field.acceleration[:, :2] += share * self.description.led_by_land(current.flow.rate(time), points)
+            velocity, rate, stream = current.flow.velocity(time), current.flow.rate(time), self.description.stream
+            if stream is not None:
+                velocity, rate = stream.current(velocity, points, time), stream.current_rate(rate, points, time)
+            field.velocity[:, :2] += share * velocity
+            field.acceleration[:, :2] += share * rate
         if wind is not None and wind.drift is not None:
             layer = wind.drift.layer_under(wind.flow.velocity(time), self._water.density)
             add_drift(points[:, 2], field.elevation, layer, field.velocity)

@@ -154,7 +154,9 @@ def _sea(spec: RunSpec, sea: SeaSpec, land: Mapping[str, Land], problems: list[P
     except ScenarioError as error:
         problems += error.problems
         return None
-    return Sea(replace(built.description, along_land=stream_along(polygons_of(land), sea.depth))) if land else built
+    if not land or built.description.stream is not None:  # a table's knows its land
+        return built
+    return Sea(replace(built.description, stream=stream_along(polygons_of(land), sea.depth)))
 
 
 def _displaced_regions(regions: Mapping[str, Array], clear: Mapping[str, Array]) -> Iterator[Problem]:

@@ -101,7 +101,7 @@ class Scoring:
             boom.lose(time, self._fluid, world, level)
         oil = Oil(self._positions(), self._ids(), slicks=self._slicks)
         for boom in self.booms:
-            middle = world.poses(boom.segments)[:, :2].mean(axis=0) if sea.description.along_land else None
+            middle = world.poses(boom.segments)[:, :2].mean(axis=0) if sea.description.stream else None
             current = np.array([*sea.current([level], time, middle)[0], 0.0])
             recovered = sum(float(one.get("oil")) for one in self._at_boom[boom.name])
             boom.advance(time, world, oil._replace(recovered=recovered), level, current)

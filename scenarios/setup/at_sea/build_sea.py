@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -23,6 +22,7 @@ from oilsim.sea import (
 )
 from oilsim.sea.flows import Flow, heading
 from oilsim.sea.regular_waves import wave_number
+from oilsim.sea.stream import StreamTable
 from scenarios.schema.run_settings import RunSettings, SiteSettings
 from scenarios.schema.sea import (
     FileSeaCurrent,
@@ -35,7 +35,8 @@ from scenarios.schema.sea import (
     TidalSeaCurrent,
 )
 from scenarios.setup.at_sea.flow_columns import FlowFileError
-from scenarios.setup.at_sea.flow_files import Kind, in_utc, read_flow
+from scenarios.setup.at_sea.flow_files import Kind, read_flow, start_of
+from scenarios.setup.at_sea.flow_maps import read_stream
 from scenarios.spec.resolve import RunSpec, SeaSpec
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -59,7 +60,7 @@ def build_sea(
 
     problems, run, site = list[Problem](), liquid.run, liquid.site
     gravity = math.hypot(*liquid.fluid.gravity)
-    current = _current(settings.current, run, site, problems)
+    current, stream = _current(settings.current, run, site, problems)
     wind = _wind(settings.wind, run, site, problems)
     waves = None if settings.waves is None else _waves(settings.waves, run.seed)
     build_up = 0.0 if settings.waves is None else settings.waves.build_up
@@ -87,6 +88,7 @@ def build_sea(
             langmuir=None if cells is None else LangmuirCells(**_values(cells), seed=run.seed),
             diffusivity=settings.diffusivity,
             tide=settings.tide,
+            stream=stream,
             **plain,
             **parts,
         )
@@ -162,18 +164,19 @@ def _waves(settings: SeaWaves, seed: int) -> RegularWaves | JonswapWaves:
 
 def _current(
     given: SeaCurrent | None, run: RunSettings, site: SiteSettings | None, problems: list[Problem]
-) -> CurrentProfile | None:
-    """Build the current; None without one, or with a problem."""
+) -> tuple[CurrentProfile | None, StreamTable | None]:
+    """Build the current, and how it differs from place to place; None without one, or with a problem."""
     if given is None:
-        return None
+        return None, None
     flow: Flow | None
+    stream = None
     if isinstance(given, FileSeaCurrent):
-        flow = _table(given, "current", run, site, problems)
+        flow, stream = _table(given, "current", run, site, problems)
     else:
         kind = SteadyFlow if isinstance(given, SteadySeaCurrent) else TidalFlow
         assert isinstance(given, SteadySeaCurrent | TidalSeaCurrent)
         flow = kind(**_values(given, "shear_exponent"))
-    return None if flow is None else CurrentProfile(flow=flow, shear_exponent=given.shear_exponent)
+    return None if flow is None else CurrentProfile(flow=flow, shear_exponent=given.shear_exponent), stream
 
 
 def _wind(
@@ -184,7 +187,7 @@ def _wind(
         return None
     flow: Flow | None
     if isinstance(given, FileSeaWind):
-        flow = _table(given, "wind", run, site, problems)
+        flow, _ = _table(given, "wind", run, site, problems)
     else:
         flow = SteadyFlow(speed=given.speed, direction=given.direction)
     if flow is None:
@@ -202,20 +205,22 @@ def _table(
     run: RunSettings,
     site: SiteSettings | None,
     problems: list[Problem],
-) -> FlowTable | None:
-    """Read a file, which must hold the whole time of the run; None with a problem."""
-    path = f"sea.{kind}.file"
+) -> tuple[FlowTable | None, StreamTable | None]:
+    """Read a file, which must hold the whole time of the run, and what of it differs from place to place; None with a problem."""
+    path, file, end = f"sea.{kind}.file", Path(given.file), run.duration
     bearing = (site or SiteSettings(latitude=0.0, longitude=0.0)).bearing
-    start = None if site is None else in_utc(datetime.fromisoformat(site.start))
     try:
-        table = read_flow(Path(given.file), kind, start=start, bearing=bearing)
-    except FlowFileError as error:
-        name = Path(given.file).name
-        problems += [Problem(path, f"{name}: {text.removeprefix('flow table: ')}") for text in error.texts]
-        return None
-    first, last, end = float(table.time[0]), float(table.time[-1]), run.duration
+        stream = read_stream(file, site, end) if kind == "current" and file.suffix.lower() == ".nc" else None
+        if stream is not None:
+            return FlowTable(stream.time, stream.at_origin()), stream
+        table = read_flow(file, kind, start=start_of(site), bearing=bearing)
+    except ValueError as error:
+        texts = error.texts if isinstance(error, FlowFileError) else [str(error)]
+        problems += [Problem(path, f"{file.name}: {text.removeprefix('flow table: ')}") for text in texts]
+        return None, None
+    first, last = float(table.time[0]), float(table.time[-1])
     if first > 0.0 or last < end:
         text = f"holds the times from {first:g} to {last:g} s, allowed: a file that holds the run, from 0 to {end:g} s"
-        problems.append(Problem(path, f"{Path(given.file).name}: {text}"))
-        return None
-    return table
+        problems.append(Problem(path, f"{file.name}: {text}"))
+        return None, None
+    return table, None

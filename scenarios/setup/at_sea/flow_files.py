@@ -2,7 +2,7 @@
 
 A CSV has one header, as ``time [h], speed [kn], from_direction [deg]``; lines that begin with # are skipped. The column time counts from
 the start of the run, or is ``time [UTC]`` with dates after ISO 8601. A NetCDF file has one point, or none, beside its time; its variables
-are found by their standard names. Dates need the date of the run's start, which [site] gives.
+are found by their standard names (grids: `flow_maps`). Dates need the date of the run's start, which [site] gives.
 
 Dates in the calendars of CF 1.8 (section 4.4.1), as seconds since a day that all of them share.
 
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.sea import FlowTable
+from scenarios.schema.run_settings import SiteSettings
 from scenarios.setup.at_sea.flow_columns import SPELLINGS, UNITS, Column, FlowFileError, in_si, velocity_of
 from scenarios.text.problems import reason_of
 
@@ -90,7 +91,7 @@ STANDARD_NAMES = {
     },
 }  # fmt: skip
 # what scipy raises for bytes that it cannot take apart; it has no error of its own
-_OF_DAMAGE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, EOFError, MemoryError)
+OF_DAMAGE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, EOFError, MemoryError)
 _HEADING = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*")
 
 
@@ -201,6 +202,11 @@ def in_utc(date: datetime) -> datetime:
     return date.replace(tzinfo=UTC) if date.tzinfo is None else date.astimezone(UTC)
 
 
+def start_of(site: SiteSettings | None) -> datetime | None:
+    """Return the date of the run's start in UTC; None without a site."""
+    return None if site is None else in_utc(datetime.fromisoformat(site.start))
+
+
 def _read_netcdf(path: Path, kind: Kind, start: datetime | None) -> dict[str, Column]:
     """Read the variables of a NetCDF file by their standard names; FlowFileError for what cannot be taken."""
     with path.open("rb") as file:
@@ -220,7 +226,7 @@ def _read_netcdf(path: Path, kind: Kind, start: datetime | None) -> dict[str, Co
     try:
         with netcdf_file(path, "r", mmap=False, maskandscale=True) as file:
             columns, texts = _series_of(file, known, start)
-    except _OF_DAMAGE as error:
+    except OF_DAMAGE as error:
         raise FlowFileError(["is a damaged NetCDF file, allowed: a whole one"]) from error
     if texts:
         raise FlowFileError(texts)
@@ -238,26 +244,29 @@ def _series_of(
     columns: dict[str, Column] = {}
     texts: list[str] = []
     for key, variable in file.variables.items():
-        name = known.get(_attribute(variable, "standard_name"))
+        name = known.get(attribute(variable, "standard_name"))
         if name is None:
             continue
-        values = _present(variable)
+        values = present(variable)
         if values.size != max(values.shape, default=0) or name in columns:
             problem = "is a second one" if name in columns else f"has the shape {values.shape}"
-            texts.append(f"variable {key!r} {problem}, allowed: one series in time of each standard name")
+            texts.append(
+                f"variable {key!r} {problem}, allowed: one series in time of each standard name; currents on a grid, too"
+            )
             continue
-        column = Column(f"variable {key!r}", _attribute(variable, "units"), values.ravel())
-        columns[name] = _since(column, _attribute(variable, "calendar"), start, texts) if name == "time" else column
+        column = Column(f"variable {key!r}", attribute(variable, "units"), values.ravel())
+        columns[name] = since(column, attribute(variable, "calendar"), start, texts) if name == "time" else column
     return columns, texts
 
 
-def _attribute(variable: Any, name: str) -> str:
+def attribute(variable: Any, name: str) -> str:
+    """Return an attribute of a NetCDF variable as text, empty without it."""
     value = getattr(variable, name, b"")
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _present(variable: Any) -> Double:
-    """Return the values of a NetCDF variable, NaN where they are missing: fill values, and those outside of its valid range."""
+def present(variable: Any) -> Double:
+    """Return the values (N,) or of more dimensions of a NetCDF variable [in its unit], NaN for fill values and beyond its valid range."""
     values = np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), math.nan)
     low, high = np.ravel(getattr(variable, "valid_range", (-math.inf, math.inf)))
     low, high = getattr(variable, "valid_min", low), getattr(variable, "valid_max", high)
@@ -267,7 +276,7 @@ def _present(variable: Any) -> Double:
     return np.where((packed >= low - slack) & (packed <= high + slack), values, math.nan)
 
 
-def _since(column: Column, calendar: str, start: datetime | None, texts: list[str]) -> Column:
+def since(column: Column, calendar: str, start: datetime | None, texts: list[str]) -> Column:
     """Return the time since the run's start [s] of a variable in a unit as ``hours since 2026-05-01 00:00``, values (N,)."""
     match = SINCE.fullmatch(column.unit)
     if match is None:

@@ -124,14 +124,14 @@ def test_a_thin_wall_does_not_leak() -> None:
 def test_the_sea_runs_along_its_land_and_far_out_as_it_did() -> None:
     current = CurrentProfile(flow=SteadyFlow(speed=0.5, direction=0.0))
     open_sea = Sea(SeaDescription(depth=10.0, current=current))
-    sea = Sea(replace(open_sea.description, along_land=stream_along(((ISLAND, 0.0),), DEPTH)))
+    sea = Sea(replace(open_sea.description, stream=stream_along(((ISLAND, 0.0),), DEPTH)))
     abeam, far = np.array([[0.0, 1.5 * RADIUS]]), np.array([[0.0, 50.0 * RADIUS]])
     wanted = 0.5 * over_shoal(abeam, 0.0)[0, 0]
     assert sea.current(np.zeros(1), 0.0, abeam)[0, 0] == pytest.approx(wanted, rel=0.02)
     assert sea.velocity(np.append(abeam, [[0.0]], axis=1), 0.0)[0, 0] == pytest.approx(wanted, rel=0.02)
     np.testing.assert_array_equal(sea.current(np.zeros(1), 0.0, far), open_sea.current(np.zeros(1), 0.0))
     later = sea.followed_by(replace(open_sea.description, current=None), 1.0, np.zeros(2))
-    assert later.description.along_land is sea.description.along_land
+    assert later.description.stream is sea.description.stream
 
 
 def test_geojson_is_read_where_the_site_says(tmp_path: Path) -> None:
