@@ -232,7 +232,9 @@ class RigidBodyWorld(LoadedBodies):
             raise ValueError(f"rigid bodies: joint {name!r} does not hold, allowed: {', '.join(self._joints)}")
         place = list(self._joints).index(name)
         self._client.remove_joint(self._joints.pop(name))
-        del self._mobility.joints[place], self._tensions[name]
+        parted = self._mobility.joints.pop(place)
+        self._state.let_go((parted.first, parted.second))
+        del self._tensions[name]
         self.lines.twists = twists_of(self._mobility.joints)
         self._parted.append(name)
         for body in self._bodies.values():

@@ -189,6 +189,10 @@ class RigidBodyState(SavedFields):
         self.reaction = (self.momenta() - momenta_before) / duration - known
         self.reaction[~self.is_free] = 0.0
 
+    def let_go(self, rows: tuple[int, int]) -> None:
+        """Forget the reactions on two bodies between which a joint parts: what held them does not last."""
+        self.reaction[list(rows)] = self.earlier_reaction[list(rows)] = 0.0
+
     def total_momentum(self) -> Array:
         """Return the momentum (6,) of the free bodies: linear [kg m/s], angular about the world's origin [kg m2/s]."""
         momenta = self.momenta()
