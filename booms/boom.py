@@ -89,11 +89,9 @@ class Boom:
     design_skirt_thickness  thickness of the skirt as built; see `resolved_by`
     float_shape             "cylinder" is round (an ellipse if width and height differ), "box" is rectangular
     ballast_fraction        fraction of the mass that is a chain along the skirt's foot
-    joint_height            height above the waterline at which neighbours and tow lines are joined. The default is minus half the
-                            skirt's depth, the centre of the water's resistance, so that towing does not heel the skirt
     maximum_turn            largest angle [rad] between neighbours when the boom is laid out
     water_density           density [kg/m3] of the water in which the boom floats at its design waterline
-    pocket                  of a boom for fast water, see `booms.boom`
+    pocket                  of a boom for fast water, see `Pocket`
 
     Raises ValueError for dimensions that no boom can have.
     """
@@ -108,7 +106,6 @@ class Boom:
     design_skirt_thickness: float = quantity("m", above=0.0)
     float_shape: FloatShape = "cylinder"
     ballast_fraction: float = quantity("", default=0.35, at_least=0.0, below=1.0)
-    joint_height: float | None = quantity("m", default=None)
     maximum_turn: float = quantity("rad", default=math.radians(75.0), above=0.0, below=math.pi)
     water_density: float = quantity("kg/m3", default=SEA_WATER_DENSITY, above=0.0)
     pocket: Pocket | None = None
@@ -161,8 +158,11 @@ class Boom:
 
     @property
     def height_of_joints(self) -> float:
-        """Height [m] of the joints above the design waterline."""
-        return -0.5 * self.skirt_depth if self.joint_height is None else self.joint_height
+        """Height [m] above the design waterline at which neighbours and tow lines are joined.
+
+        It is the centre of the water's resistance, half the skirt's depth down, so that towing does not heel the skirt.
+        """
+        return -0.5 * self.skirt_depth
 
     def profile(self) -> Array:
         """Return the starboard half of the section from the top down: half breadth and height [m], (K, 2)."""
@@ -351,4 +351,4 @@ class CatalogueBoom(CatalogueEntry):
 @lru_cache(maxsize=1)
 def catalogue() -> Mapping[str, CatalogueBoom]:
     """Read the catalogue, by name."""
-    return read_catalogue("booms", "catalogue.toml", CatalogueBoom, pocket=Pocket)
+    return read_catalogue("booms", CatalogueBoom, pocket=Pocket)

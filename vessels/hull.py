@@ -109,13 +109,12 @@ def float_hull(
     *,
     water_density: float,
     center_of_gravity_height: float | None = None,
-    gyration_radii: tuple[float, float, float] | None = None,
 ) -> Hull:
     """Give a closed mesh the mass properties with which it floats upright at `draft` [m] above its lowest point.
 
     mass = water_density x displaced volume; water_density [kg/m3]. The centre of gravity lies over the centre of buoyancy (no trim, no
     list), `center_of_gravity_height` [m] above the keel. Its default is 0.6 of the depth, or lower, where GM is a tenth of the beam. The
-    inertia is m k^2 with `gyration_radii` [m] about x, y and z; the defaults 0.37 B, 0.25 L and 0.25 L are usual for ships in seakeeping.
+    inertia is m k^2 with the radii of gyration 0.37 B, 0.25 L and 0.25 L [m] about x, y and z, which are usual for ships in seakeeping.
     Raises ValueError unless the draft is less than the depth and GM = I_roll / V + z_B - z_G is positive.
     """
     low, high = mesh.bounds
@@ -131,7 +130,7 @@ def float_hull(
     _check_stable(form, keel, center_of_gravity_height)
     center = np.array([*form.center_of_buoyancy[:2], keel + center_of_gravity_height])
     mass = water_density * form.displaced_volume
-    radii = np.array(gyration_radii if gyration_radii else (0.37 * beam, 0.25 * length, 0.25 * length))
+    radii = np.array((0.37 * beam, 0.25 * length, 0.25 * length))
     body = mesh.copy()
     body.apply_translation(-center)
     waterline = draft - center_of_gravity_height

@@ -45,4 +45,4 @@ class CatalogueVessel(CatalogueEntry):
 @lru_cache(maxsize=1)
 def catalogue() -> Mapping[str, CatalogueVessel]:
     """Read the catalogue, by name."""
-    return read_catalogue("vessels", "catalogue.toml", CatalogueVessel)
+    return read_catalogue("vessels", CatalogueVessel)

@@ -55,11 +55,9 @@ def ittc_friction(speed: float, length: float) -> float:
     return 0.075 / (math.log10(speed * length / VISCOSITY) - 2.0) ** 2
 
 
-def hull_loads(hull: Hull, strips: int = STRIPS) -> LoadModel:
-    """Return the load model of a hull cut into `strips`; ValueError for fewer than 1."""
-    if strips < 1:
-        raise ValueError(f"loads of a hull: strips is {strips}, allowed: 1 or more")
-    sections = _sections(hull, strips)
+def hull_loads(hull: Hull) -> LoadModel:
+    """Return the load model of a hull cut into `STRIPS`."""
+    sections = _sections(hull)
     density, displaced = hull.water_density, hull.hydrostatics.displaced_volume
     carried = sum(heave_added_mass(density, section.beam) * section.length for section in sections)
     stiffness = density * GRAVITY * hull.hydrostatics.waterplane_area
@@ -86,21 +84,21 @@ def with_superstructure(model: LoadModel, area: float, drag: float, center: tupl
     return LoadModel(parts=model.parts, stations=(*model.stations, above))
 
 
-def _sections(hull: Hull, strips: int) -> tuple[_Section, ...]:
+def _sections(hull: Hull) -> tuple[_Section, ...]:
     """Cut the hull across; strips that stay dry at the design waterline are joined to none and left to the weight of the hull."""
     vertices, faces = np.asarray(hull.mesh.vertices, np.float64), np.asarray(hull.mesh.faces, np.int64)
-    return _cut(vertices.tobytes(), faces.tobytes(), hull.waterline, strips)
+    return _cut(vertices.tobytes(), faces.tobytes(), hull.waterline)
 
 
 @lru_cache(
     maxsize=32
 )  # a cut hull takes a tenth of a second, and a check, a run and those of a sweep have the same ones
-def _cut(vertices: bytes, faces: bytes, waterline: float, strips: int) -> tuple[_Section, ...]:
+def _cut(vertices: bytes, faces: bytes, waterline: float) -> tuple[_Section, ...]:
     """Cut the mesh of these vertices (V, 3) and faces (F, 3), as bytes of float64 and int64."""
     places, corners = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3)
     whole = trimesh.Trimesh(places, corners, process=False)
     low, high = whole.bounds[:, 0]
-    edges = np.linspace(low, high, strips + 1)
+    edges = np.linspace(low, high, STRIPS + 1)
     found = []
     for aft, fore in itertools.pairwise(edges):
         mesh = whole

@@ -48,10 +48,10 @@ class Superstructure:
     drag_coefficient: float = 1.0
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def wind_force(self, wind: Array, velocity: Array, air_density: float = AIR_DENSITY) -> Array:
-        """Compute the force (3,) [N] along the relative wind V = wind - velocity [m/s], both (3,); air_density [kg/m3]."""
+    def wind_force(self, wind: Array, velocity: Array) -> Array:
+        """Compute the force (3,) [N] along the relative wind V = wind - velocity [m/s], both (3,)."""
         relative = np.asarray(wind, dtype=np.float64) - velocity
-        return 0.5 * air_density * self.drag_coefficient * self.area * float(np.linalg.norm(relative)) * relative
+        return 0.5 * AIR_DENSITY * self.drag_coefficient * self.area * float(np.linalg.norm(relative)) * relative
 
 
 @dataclass(frozen=True, kw_only=True)

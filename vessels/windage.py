@@ -25,11 +25,11 @@ class Windage:
     The area is exact for convex bodies; of others, what stands in the lee of the same body counts too.
     """
 
-    def __init__(self, mesh: trimesh.Trimesh, level: float, drag_coefficient: float = DRAG_COEFFICIENT) -> None:
+    def __init__(self, mesh: trimesh.Trimesh, level: float) -> None:
         """Take a closed mesh in the body frame [m], and the level [m] of the still water, below which there is no wind."""
         edge = float(mesh.extents.max()) / _PANELS
         panels = trimesh.Trimesh(*trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.faces, edge), process=False)
-        self._center, self._level, self._drag = np.array(panels.triangles_center), level, drag_coefficient
+        self._center, self._level = np.array(panels.triangles_center), level
         self._outward = np.array(panels.face_normals) * panels.area_faces[:, None]  # [m2]
 
     def wrench(self, pose: Array, twist: Array, wind: Array) -> Array:
@@ -47,7 +47,7 @@ class Windage:
         facing = np.maximum(0.0, -(self._outward @ turn.T) @ (relative / speed))
         facing[arm[:, 2] + pose[2] <= self._level] = 0.0
         area = float(facing.sum())
-        force = 0.5 * AIR_DENSITY * self._drag * area * speed * relative
+        force = 0.5 * AIR_DENSITY * DRAG_COEFFICIENT * area * speed * relative
         center = facing @ arm / area if area > 0.0 else np.zeros(3)
         return np.concatenate([force, np.cross(center, force)])
 

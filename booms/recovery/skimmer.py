@@ -185,4 +185,4 @@ class CatalogueSkimmer(CatalogueEntry):
 @lru_cache(maxsize=1)
 def catalogue() -> Mapping[str, CatalogueSkimmer]:
     """Read the catalogue, by name."""
-    return read_catalogue("booms.recovery", "catalogue.toml", CatalogueSkimmer)
+    return read_catalogue("booms.recovery", CatalogueSkimmer)

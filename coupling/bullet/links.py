@@ -109,11 +109,9 @@ class LinkedBody(SavedFields):
         """Read poses (L, 7) [m, 1] of the centres of mass, and the links as a tree, base first; `step_size` [s] since the last call."""
         self._refuse_another()
         position, orientation, states = self._states()
-        poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
-        base = np.concatenate(pybullet.getBaseVelocity(self.unique_id, physicsClientId=self._client))
-        twists = np.array([base, *(np.concatenate(state[6:8]) for state in states)])
+        poses, twists = self._motion(position, orientation, states)
         self._refuse_lost(poses, twists)
-        turns = Rotation.from_quat([pose[3:] for pose in poses]).as_matrix()
+        turns = Rotation.from_quat(poses[:, 3:]).as_matrix()
         no_joint = _axes(pybullet.JOINT_FIXED, np.zeros(3))
         self._loose = [self._link(-1, -1, poses[0], turns[0], twists[0], position, no_joint)]
         for n, (joint, state) in enumerate(zip(self._joints, states, strict=True)):
@@ -124,7 +122,7 @@ class LinkedBody(SavedFields):
             replace(link, slides=no_axes(), turns=no_axes()) if held else link
             for link, held in zip(self._loose, kept, strict=True)
         ]
-        return np.array(poses), links
+        return poses, links
 
     def holds(self, constraint: int) -> bool:
         """Tell whether a constraint is as good as rigid: it carried a force in the last step, and was never at its limit.
@@ -151,7 +149,11 @@ class LinkedBody(SavedFields):
 
     def motion(self) -> tuple[Array, Array]:
         """Return the present poses (L, 7) [m, 1] and twists (L, 6) [m/s, rad/s] of the centres of mass."""
-        position, orientation, states = self._states()
+        return self._motion(*self._states())
+
+    def _motion(
+        self, position: Sequence[float], orientation: Sequence[float], states: Sequence[tuple]
+    ) -> tuple[Array, Array]:
         poses = [(*position, *orientation), *((*state[0], *state[1]) for state in states)]
         base = np.concatenate(pybullet.getBaseVelocity(self.unique_id, physicsClientId=self._client))
         return np.array(poses), np.array([base, *(np.concatenate(state[6:8]) for state in states)])
@@ -165,10 +167,10 @@ class LinkedBody(SavedFields):
                     "allowed: two prismatic joints and a revolute one instead"
                 )
 
-    def _refuse_lost(self, poses: Sequence[Sequence[float]], twists: Array) -> None:
+    def _refuse_lost(self, poses: Array, twists: Array) -> None:
         if not (np.abs(poses) < FAR).all() or not (np.abs(twists) < FAR).all():
             raise ValueError(
-                f"body {self.unique_id} is at {list(poses[0][:3])} m in the client, a link at {np.abs(twists).max():.3g} m/s or rad/s, "
+                f"body {self.unique_id} is at {poses[0, :3].tolist()} m in the client, a link at {np.abs(twists).max():.3g} m/s or rad/s, "
                 f"allowed: below {FAR:g}; pybullet's simulation is unstable, take a shorter setTimeStep"
             )
 
@@ -214,12 +216,12 @@ class LinkedBody(SavedFields):
         return tuple(pybullet.getJointStatesMultiDof(self.unique_id, numbers, physicsClientId=self._client))
 
     def _link(
-        self, index: int, parent: int, pose: Sequence[float], rotation: Array, twist: Array, joint_point: Sequence[float],
+        self, index: int, parent: int, pose: Array, rotation: Array, twist: Array, joint_point: Sequence[float],
         axes: tuple[Array, Array],
     ) -> TreeLink:  # fmt: skip
         mass, _, moments, *_ = pybullet.getDynamicsInfo(self.unique_id, index, physicsClientId=self._client)
         return TreeLink(
-            parent=parent + 1 if index >= 0 else -1, position=np.array(pose[:3]), twist=twist, mass=float(mass),
+            parent=parent + 1 if index >= 0 else -1, position=pose[:3].copy(), twist=twist, mass=float(mass),
             inertia=(rotation * moments) @ rotation.T, joint_point=np.array(joint_point), slides=axes[0], turns=axes[1],
         )  # fmt: skip
 

@@ -140,12 +140,12 @@ class ParticipantSlave:
         )
         self.register_variable(entry, nested=False)  # type: ignore[attr-defined]  # of pythonfmu's slave
 
-    def _describe_units(self, root: Element, after: str, elements: Mapping[str, Element]) -> None:
-        """Set the units of `elements`, the variables by name, and declare these units behind the element called `after`."""
+    def _describe_units(self, root: Element, elements: Mapping[str, Element]) -> None:
+        """Set the units of `elements`, the variables by name, and declare these units behind the element CoSimulation."""
         units = Element("UnitDefinitions")
         for unit in dict.fromkeys(variable.unit for variable in self.participant.variables.values()):
             SubElement(SubElement(units, "Unit", {"name": unit}), "BaseUnit", _base_unit(unit))
-        root.insert([child.tag for child in root].index(after) + 1, units)
+        root.insert([child.tag for child in root].index("CoSimulation") + 1, units)
         for name, variable in self.participant.variables.items():
             elements[name].set("unit", variable.unit)
         root.set("variableNamingConvention", "flat")
@@ -180,7 +180,7 @@ class Slave2(ParticipantSlave):
         """Write the model description, with units and the initial unknowns that FMI 2 requires."""
         root: Element = super().to_xml(*arguments)  # type: ignore[misc]
         variables = root.findall("ModelVariables/ScalarVariable")
-        self._describe_units(root, "CoSimulation", {str(v.get("name")): v[0] for v in variables})
+        self._describe_units(root, {str(v.get("name")): v[0] for v in variables})
         structure = root.find("ModelStructure")
         if structure is not None:
             unknowns = SubElement(structure, "InitialUnknowns")
@@ -213,5 +213,5 @@ class Slave3(ParticipantSlave):
         """Write the model description, with units."""
         root: Element = super().to_xml(*arguments)  # type: ignore[misc]
         variables = root.findall("ModelVariables/Float64")
-        self._describe_units(root, "CoSimulation", {str(v.get("name")): v for v in variables})
+        self._describe_units(root, {str(v.get("name")): v for v in variables})
         return root

@@ -54,13 +54,12 @@ class ExchangeLedger(SavedFields):
         bonds: Sequence[BodyBond],
         length: float,
         *,
-        momentum_limit: float = MOMENTUM_LIMIT,
         energy_limit: float = ENERGY_LIMIT,
         disturbed: Callable[[], Collection[str]] = tuple,
     ) -> None:
         self._bonds = tuple(bonds)
         self._length = length
-        self._limits = momentum_limit, energy_limit
+        self._energy_limit = energy_limit
         self._disturbed = disturbed
         self._begin = np.zeros((len(self._bonds), 6))
         self._unexplained, self._turnover = np.zeros((2, len(self._bonds)))
@@ -119,25 +118,25 @@ class ExchangeLedger(SavedFields):
         self._lost_sum += float(lost[:, 0].sum())
         self._impulse_sum += float(passed[:, 0].sum())
         passed[:, 1] += passed[:, 0] * self._length
-        for index in np.flatnonzero(~(lost <= self._limits[0] * passed).all(axis=1)):
+        for index in np.flatnonzero(~(lost <= MOMENTUM_LIMIT * passed).all(axis=1)):
             bond = self._bonds[index]
             raise CoSimulationError(
                 bond.solver,
                 time,
                 f"body {bond.body!r} took an impulse of {received[index].tolist()} N s, N m s, but the fluid gave "
-                f"{given[index].tolist()} N s, N m s, allowed: a relative difference of {self._limits[0]:g}",
+                f"{given[index].tolist()} N s, N m s, allowed: a relative difference of {MOMENTUM_LIMIT:g}",
             )
 
     def _check_energy(self, force: Array, time: float, step: float) -> None:
         scale = self._turnover + force * self._length
-        beyond = np.flatnonzero(~(self._unexplained / self._limits[1] <= scale))
+        beyond = np.flatnonzero(~(self._unexplained / self._energy_limit <= scale))
         if len(beyond):
             bond, unexplained, turned = self._bonds[beyond[0]], self._unexplained[beyond[0]], scale[beyond[0]]
             raise CoSimulationError(
                 bond.solver,
                 time,
                 f"body {bond.body!r}: the exchange has created {unexplained:.3g} J of {turned:.3g} J exchanged, "
-                f"allowed: {self._limits[1]:g} of it; its coupling is unstable, or steps of {step:.3g} s are too long for its motion",
+                f"allowed: {self._energy_limit:g} of it; its coupling is unstable, or steps of {step:.3g} s are too long for its motion",
             )
 
 

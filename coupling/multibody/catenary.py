@@ -150,12 +150,12 @@ def pull_of(parts: Array, distance: float, height: float, guess: tuple[float, fl
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def distance_under(parts: Array, height: float, horizontal: float, guess: float) -> tuple[float, float, float]:
+def distance_under(parts: Array, height: float, horizontal: float) -> tuple[float, float, float]:
     """Return the distance [m] that a leg spans under `horizontal` [N] at `height` [m], and the vertical pulls at its ends [N].
 
     parts (P, 3): as of `span_of`.
     """
-    v = vertical_for(parts, height, max(horizontal, SLACK), guess)
+    v = vertical_for(parts, height, max(horizontal, SLACK), 1.0)
     found = span_of(parts, max(horizontal, SLACK), v)
     return found[0], v, found[6]
 

@@ -175,9 +175,9 @@ class MooringLeg(SavedFields):
         low, high = 0.0, pull.horizontal
         while high - low > max(EVEN, 1e-12 * high):
             middle = 0.5 * (low + high)
-            _, _, upward = distance_under(self._table, height, middle, 1.0)
+            _, _, upward = distance_under(self._table, height, middle)
             low, high = (middle, high) if middle <= self.anchor.power(middle, upward) else (low, middle)
-        reach, vertical, upward = distance_under(self._table, height, low, 1.0)
+        reach, vertical, upward = distance_under(self._table, height, low)
         return Pull(low, vertical, upward, 0.0, 0.0), min(reach, distance)
 
     def _breaks(self, pull: Pull) -> bool:

@@ -185,10 +185,10 @@ class Readings:
         """Particle spacing [m]."""
         return self.run.particle_spacing
 
-    def context(self, *bodies: str, order: float = 1.0) -> Context:
+    def context(self, *bodies: str) -> Context:
         """Return the circumstances of a measurement of these bodies at the last moment."""
         spacing = None if self.run.properties.get("boxes") == "none" else self.spacing  # a run without particles
-        return Context(bodies=bodies, time=self.time, spacing=spacing, order=order)
+        return Context(bodies=bodies, time=self.time, spacing=spacing)
 
     def body(self, name: str) -> BodyTrack:
         """Return a body's motion; ValueError for an unknown name."""

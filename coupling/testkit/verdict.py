@@ -13,13 +13,12 @@ class Context:
     """Circumstances of a measurement.
 
     bodies: names of the bodies measured. time [s]: of the moment, None for a whole run. spacing [m]: of the particles, None if the result
-    does not depend on it. order [1]: power of the spacing with which the error shrinks.
+    does not depend on it.
     """
 
     bodies: tuple[str, ...] = ()
     time: float | None = None
     spacing: float | None = None
-    order: float = 1.0
 
 
 NO_CONTEXT = Context()
@@ -64,11 +63,6 @@ def require_at_most(
     raise CheckFailed(told + _circumstances(measured, limit, context), measured, None, limit, unit, context)
 
 
-def spacing_within(error: float, tolerance: float, spacing: float, order: float = 1.0) -> float:
-    """Return the spacing [m] at which an error that shrinks as spacing^`order` meets the tolerance; 0 for a tolerance of 0."""
-    return spacing * (tolerance / error) ** (1.0 / order)
-
-
 def _require_tolerance(value: float, unit: str) -> None:
     if not value >= 0.0:
         raise ValueError(f"tolerance is {_number(value, unit)}, allowed: 0 or more")
@@ -83,9 +77,8 @@ def _circumstances(error: float, tolerance: float, context: Context) -> str:
     when = "" if context.time is None else f" at {context.time:.6g} s"
     if context.spacing is None or not math.isfinite(error):
         return when
-    needed = spacing_within(error, tolerance, context.spacing, context.order)
-    share = "" if context.order == 1.0 else f" to the power {context.order:g}"
+    needed = context.spacing * (tolerance / error)
     told = f"{when}; the particles are {context.spacing:.3g} m apart, and "
     if needed < FINEST_SHARE * context.spacing:
         return f"{told}no affordable spacing would meet this tolerance: look for another cause"
-    return f"{told}{needed:.2g} m would meet this tolerance if the error shrinks with the spacing{share}"
+    return f"{told}{needed:.2g} m would meet this tolerance if the error shrinks with the spacing"

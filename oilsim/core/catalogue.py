@@ -29,12 +29,12 @@ class CatalogueEntry:
 Entry = TypeVar("Entry", bound=CatalogueEntry)
 
 
-def read_catalogue(package: str, file: str, entry: type[Entry], **parts: type) -> Mapping[str, Entry]:
-    """Read the entries of a file of a package, by name; `parts` are the classes of tables within an entry, by key."""
+def read_catalogue(package: str, entry: type[Entry], **parts: type) -> Mapping[str, Entry]:
+    """Read the entries of the `catalogue.toml` of a package, by name; `parts` are the classes of tables within an entry, by key."""
 
     def made(name: str, table: dict[str, Any]) -> Entry:
         inner = {key: part(**table[key]) for key, part in parts.items() if key in table}
         return entry(name=name, **(table | inner | {"assumed": tuple(table.get("assumed", ()))}))
 
-    tables = tomllib.loads(files(package).joinpath(file).read_text(encoding="utf-8"))
+    tables = tomllib.loads(files(package).joinpath("catalogue.toml").read_text(encoding="utf-8"))
     return MappingProxyType({name: made(name, table) for name, table in tables.items()})

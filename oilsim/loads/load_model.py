@@ -53,11 +53,11 @@ def sway_added_mass(density: float, draft: float) -> float:
     return density * math.pi / 2.0 * draft**2
 
 
-def heave_wave_damping(density: float, beam: float, draft: float, frequency: float, gravity: float = GRAVITY) -> float:
-    """Return b_33 [kg/s per m] of a section of `beam` and `draft` [m] that heaves at `frequency` [rad/s]; gravity [m/s2]."""
-    wave_number = frequency**2 / gravity
+def heave_wave_damping(density: float, beam: float, draft: float, frequency: float) -> float:
+    """Return b_33 [kg/s per m] of a section of `beam` and `draft` [m] that heaves at `frequency` [rad/s]."""
+    wave_number = frequency**2 / GRAVITY
     height = 2.0 * math.sin(min(0.5 * wave_number * beam, 0.5 * math.pi)) * math.exp(-wave_number * draft)
-    return density * gravity**2 * height**2 / frequency**3
+    return density * GRAVITY**2 * height**2 / frequency**3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -123,11 +123,11 @@ def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
         raise CheckpointError(target, f"cannot be written: {error.strerror or error}") from error
 
 
-def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Checkpoint:
-    """Read a checkpoint; CheckpointError if it cannot be read, has another format or, unless None, another scenario."""
+def load_checkpoint(path: str | Path) -> Checkpoint:
+    """Read a checkpoint; CheckpointError if it cannot be read or has another format."""
     source = Path(path)
     try:
-        checkpoint = _read(source)
+        return _read(source)
     except OSError as error:
         raise CheckpointError(source, f"cannot be read: {error.strerror or error}") from error
     except (
@@ -135,13 +135,6 @@ def load_checkpoint(path: str | Path, *, scenario_hash: str | None = None) -> Ch
         NotImplementedError, zipfile.BadZipFile, zlib.error,
     ) as error:  # fmt: skip
         raise CheckpointError(source, f"is not a checkpoint, or was cut off: {error}") from error
-    stored = checkpoint.scenario_hash
-    if scenario_hash is not None and stored != scenario_hash:
-        raise CheckpointError(
-            source,
-            f"belongs to another scenario: its hash is {stored[:12]}, that of this scenario {scenario_hash[:12]}",
-        )
-    return checkpoint
 
 
 def _read(source: Path) -> Checkpoint:

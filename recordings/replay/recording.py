@@ -377,15 +377,14 @@ def _body_paths() -> tuple[str, ...]:
     return tuple(f"/{group}/**" for group in entity_paths.BODY_GROUPS)
 
 
-def _series(parts: list[Rows], width: int = 0) -> Series:
+def _series(parts: list[Rows]) -> Series:
     """Join the chunks of one series and put them in order."""
     if not parts:
         return Series(index=np.empty(0, np.int64), time=np.empty(0), value=np.empty(0))
     index = np.concatenate([part.index for part in parts])
     order = np.argsort(index, kind="stable")
-    value = np.concatenate([part.values for part in parts]).astype(np.float64)
     return Series(
         index=index[order],
         time=np.concatenate([part.time for part in parts])[order],
-        value=(value.reshape(-1, width) if width else value)[order],
+        value=np.concatenate([part.values for part in parts]).astype(np.float64)[order],
     )

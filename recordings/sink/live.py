@@ -30,12 +30,11 @@ _LOG = logging.getLogger(__name__)
 class LiveView:
     """A viewer on this machine, started here or already running at ``address``."""
 
-    def __init__(self, address: str | None = None, *, headless: bool = False, is_embedded: bool = False) -> None:
+    def __init__(self, address: str | None = None, *, is_embedded: bool = False) -> None:
         """Choose the viewer; ValueError for an address on another machine.
 
         Args:
             address: address of a running viewer, for example "rerun+http://127.0.0.1:9876/proxy"; None starts one.
-            headless: start it without a window.
             is_embedded: show scenes alone, in a page that has its own diagrams.
         """
         if address is not None and urlsplit(address).hostname not in _LOCAL_HOSTS:
@@ -47,7 +46,6 @@ class LiveView:
         self.problem = ""
         self.viewer: subprocess.Popen[bytes] | None = None
         self._address = address
-        self._headless = headless
         self._layout = "embedded" if is_embedded else "live"
         self._samples: queue.Queue[Sample] = queue.Queue(QUEUE_FRAMES)
         self._events: deque[tuple[Event, int]] = deque(maxlen=100)
@@ -137,7 +135,7 @@ class LiveView:
         """Start a viewer that listens on this machine only; return its address."""
         port = free_port()
         command = [viewer_executable(), "--bind", LOOPBACK, "--port", str(port), "--expect-data-soon"]
-        self.viewer = start_viewer([*command, "--headless"] if self._headless else command)
+        self.viewer = start_viewer(command)
         wait_for_port(port, self.viewer)
         return f"rerun+http://{LOOPBACK}:{port}/proxy"
 

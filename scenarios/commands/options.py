@@ -176,15 +176,15 @@ def interval(options: argparse.Namespace) -> float | None:
     return seconds
 
 
-def particle_ids(option: str, text: str) -> tuple[int, ...]:
+def particle_ids(text: str) -> tuple[int, ...]:
     """Read the ids of particles, separated by commas; ScenarioError for what is none."""
     try:
         ids = tuple(int(part) for part in text.split(",") if part)
     except ValueError:
         raise ScenarioError(
-            [Problem(option, f"is {text!r}, allowed: whole numbers separated by commas")], "oilsim"
+            [Problem("--ids", f"is {text!r}, allowed: whole numbers separated by commas")], "oilsim"
         ) from None
     for number in ids:
         if not 0 <= number <= LARGEST_ID:
-            raise ScenarioError([Problem(option, f"has {number}, allowed: 0 to {LARGEST_ID}")], "oilsim")
+            raise ScenarioError([Problem("--ids", f"has {number}, allowed: 0 to {LARGEST_ID}")], "oilsim")
     return ids

@@ -137,7 +137,7 @@ def _report(options: argparse.Namespace) -> int:
     require_some(options, "csv", "parquet")
     require_used(options, {"ids": ("tracks",), "every": ("tracks",)})
     require_writable({}, {"--csv": options.csv, "--parquet": options.parquet})
-    apart, ids = interval(options), particle_ids("--ids", options.ids)
+    apart, ids = interval(options), particle_ids(options.ids)
     replay = whole_run(options.recording)
     folders: tuple[tuple[Format, Path | None], ...] = (("csv", options.csv), ("parquet", options.parquet))
     with file_errors():

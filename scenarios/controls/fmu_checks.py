@@ -4,26 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
 from coupling.fmu.fmu_participant import FmuParticipant
 from coupling.fmu.isolated_fmu import Fmu, fmu
 from coupling.master.connection import Connection, connection_problems
-from coupling.master.participant import Variable, array_of
+from coupling.master.participant import Participant, array_of
 from scenarios.controls.signals import Signal, signal_variables
 from scenarios.schema.fmu_settings import ORDER_BOARD, PREFIX, READING_BOARD, FmuSettings, connections_of
 from scenarios.text.problems import Problem, problems_of, suggestion
 
 SIGNALS_SHOWN = 12  # signals that an error names
-
-
-@dataclass(frozen=True)
-class _Declared:
-    """A stand-in for the signals of a run that has not been built."""
-
-    name: str
-    variables: Mapping[str, Variable]
 
 
 def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal]) -> Iterator[Problem]:
@@ -35,7 +26,7 @@ def fmu_problems(fmus: Mapping[str, FmuSettings], signals: Mapping[str, Signal])
         except (ValueError, OSError) as error:
             yield Problem(f"fmus.{name}", f"cannot be used: {error}")
     yield from _several_of_one(loaded)
-    boards = {board: _Declared(board, signal_variables(signals)) for board in (ORDER_BOARD, READING_BOARD)}
+    boards = {board: Participant(board, signal_variables(signals).values()) for board in (ORDER_BOARD, READING_BOARD)}
     participants: dict[str, Any] = {**boards, **loaded}
     connections = {}
     for path, connection in connections_of(fmus).items():

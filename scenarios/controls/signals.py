@@ -17,6 +17,15 @@ from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 
+from coupling.master.participant import (
+    Causality,
+    Participant,
+    Status,
+    StepResult,
+    Variable,
+    checked_value,
+    variable_table,
+)
 from oilsim.backend.arrays import Array
 from oilsim.core.quantity import Quantity, quantities
 from oilsim.oil.ledger import BoomOil, OilRows
@@ -31,17 +40,6 @@ if TYPE_CHECKING:
     from coupling.multibody.mooring_leg import MooringLeg
     from oilsim.oil.ledger import OilLedger
     from vessels.control import ManualControl, VesselControl
-
-
-from coupling.master.participant import (
-    Causality,
-    Participant,
-    Status,
-    StepResult,
-    Variable,
-    checked_value,
-    variable_table,
-)
 
 POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
 SKIMMED = (("encountered", "m3"), ("oil", "m3"), ("aboard", "m3"), ("rate", "m3/s"))

@@ -8,8 +8,9 @@ A sea goes gradually from what it is to what is ordered: wind, current, waves an
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
 
     from oilsim.sea import Sea
     from oilsim.slick.spill_source import SpillSource
-import math
-from dataclasses import dataclass
 
 
 class RunControls:

@@ -42,7 +42,7 @@ class SineMotion(Section):
     """
 
     TAG: ClassVar[tuple[str, str]] = ("kind", "sine")
-    RELATIONS: ClassVar[tuple[Relation, ...]] = (directed("direction"),)
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (directed,)
     direction: Vector = quantity("")
     amplitude: float = quantity("m", above=0.0)
     period: float = quantity("s", above=0.0)

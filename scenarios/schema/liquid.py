@@ -335,7 +335,7 @@ class PipeEmitterSettings(Section):
     volume     [m3] after which it closes; without it, the pipe stays open
     """
 
-    RELATIONS: ClassVar[tuple[Relation, ...]] = (directed("direction"),)
+    RELATIONS: ClassVar[tuple[Relation, ...]] = (directed,)
     phase: str = reference("phases")
     on: str | None = reference("vessels", default=None)
     mouth: Vector = quantity_of(PipeEmitter, "mouth")

@@ -24,7 +24,7 @@ from recordings.files.checkpoint import (
     state_hash,
 )
 
-HASH, OTHER_HASH = "5c1e" * 16, "a07b" * 16
+HASH = "5c1e" * 16
 RUN = {"scenario": {"name": "made-up"}, "actions": []}
 ARRAYS = hnp.arrays(
     dtype=st.sampled_from([np.float32, np.float64, np.uint32, np.int64, np.bool_]),
@@ -78,7 +78,7 @@ def _assert_same(read: Any, written: Any) -> None:
 def test_any_state_comes_back_bit_for_bit(tmp_path_factory: pytest.TempPathFactory, state: dict[str, Any]) -> None:
     path = tmp_path_factory.mktemp("checkpoint") / "run.npz"
     save_checkpoint(path, _checkpoint(state))
-    read = load_checkpoint(path, scenario_hash=HASH)
+    read = load_checkpoint(path)
     _assert_same(read.state, state)
     assert (read.index, read.time, read.run, read.scenario_hash) == (17, 0.1 + 0.2, RUN, HASH)
     assert state_hash(read.state) == state_hash(state)
@@ -115,12 +115,6 @@ def test_every_place_of_an_array_counts_in_the_state_hash(place: int) -> None:
     state, other = ({"parts": [{"position": np.zeros((333, 3), dtype=np.float32)}]} for _ in range(2))
     other["parts"][0]["position"].flat[place] = np.nextafter(np.float32(0.0), np.float32(1.0))
     assert state_hash(state) != state_hash(other)
-
-
-def test_another_scenario_is_refused(tmp_path: Path) -> None:
-    save_checkpoint(tmp_path / "run.npz", _checkpoint({}))
-    with pytest.raises(CheckpointError, match=f"its hash is {HASH[:12]}, that of this scenario {OTHER_HASH[:12]}"):
-        load_checkpoint(tmp_path / "run.npz", scenario_hash=OTHER_HASH)
 
 
 def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

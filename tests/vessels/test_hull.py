@@ -139,10 +139,9 @@ def test_heeled_hull_has_the_righting_moment_of_its_metacentric_height():
 
 
 def test_inertia_follows_the_gyration_radii():
-    hull = float_hull(
-        raked_barge(LENGTH, BEAM, DRAFT, DEPTH), DRAFT, water_density=1000.0, gyration_radii=(0.2, 0.3, 0.3)
-    )
-    expected = hull.mass_properties.mass * np.diag([0.04, 0.09, 0.09])  # m k^2
+    hull = float_hull(raked_barge(LENGTH, BEAM, DRAFT, DEPTH), DRAFT, water_density=1000.0)
+    radii = np.array([0.37 * BEAM, 0.25 * LENGTH, 0.25 * LENGTH])
+    expected = hull.mass_properties.mass * np.diag(radii**2)
     assert np.allclose(hull.mass_properties.inertia, expected, rtol=1e-12)
 
 

@@ -55,9 +55,3 @@ def test_barge_carries_the_added_mass_of_its_sections():
     wetted = 15.0 * 5.0 + 2 * 1.5 * (15.0 + 5.0)
     assert ittc_friction(1.0, 15.0) == pytest.approx(0.075 / (math.log10(15.0 / 1.19e-6) - 2) ** 2)
     assert found.wrench[0, 0] == pytest.approx(0.5 * 1027.0 * 1.2 * ittc_friction(1.0, 15.0) * wetted, rel=1e-6)
-
-
-def test_no_strips_are_refused():
-    hull = float_hull(raked_barge(15.0, 5.0, 1.5, 2.5), 1.5, water_density=1027.0)
-    with pytest.raises(ValueError, match="strips is 0, allowed: 1 or more"):
-        hull_loads(hull, 0)

@@ -102,14 +102,10 @@ def above(name: str, lower: str) -> Relation:
     return relation
 
 
-def directed(name: str) -> Relation:
-    """Require that a vector (3,) is long enough to give a direction."""
-
-    def relation(section: Any) -> Iterator[Problem]:
-        if math.hypot(*getattr(section, name)) < SHORTEST_DIRECTION:
-            yield Problem(name, f"is {getattr(section, name)}, allowed: a direction, not all zero")
-
-    return relation
+def directed(section: Any) -> Iterator[Problem]:
+    """Require that the vector `direction` (3,) is long enough to give one."""
+    if math.hypot(*section.direction) < SHORTEST_DIRECTION:
+        yield Problem("direction", f"is {section.direction}, allowed: a direction, not all zero")
 
 
 def reference(*tables: str, default: Any = MISSING) -> Any:

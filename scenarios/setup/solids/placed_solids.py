@@ -68,9 +68,9 @@ class Solid:
         """Return the thickness [m] as which the fluid meets thinner parts: a body that does not answer to the liquid gets tight plates."""
         return particle_spacing if self.motion == "free" else HELD * particle_spacing
 
-    def world_mesh(self, own: trimesh.Trimesh | None = None, pose: Array | None = None) -> trimesh.Trimesh:
-        """Place the mesh, or another one in its frame, where the body starts, or at a pose (7,) [m, 1]."""
-        mesh = (self.placed.mesh if own is None else own).copy()
+    def world_mesh(self, pose: Array | None = None) -> trimesh.Trimesh:
+        """Place the mesh where the body starts, or at a pose (7,) [m, 1]."""
+        mesh = self.placed.mesh.copy()
         start = np.concatenate([self.placed.position, self.placed.orientation])
         there = start if pose is None else pose
         transform = np.eye(4)

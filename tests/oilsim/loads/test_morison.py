@@ -180,7 +180,7 @@ def test_section_coefficients_are_those_of_half_cylinder_and_plate():
     mass = RHO * math.pi * radius**2 / 2
     assert heave_added_mass(RHO, 2 * radius) == pytest.approx(mass)
     assert sway_added_mass(RHO, radius) == pytest.approx(mass)
-    assert heave_wave_damping(RHO, 2 * radius, radius, frequency, G) / (mass * frequency) == pytest.approx(
+    assert heave_wave_damping(RHO, 2 * radius, radius, frequency) / (mass * frequency) == pytest.approx(
         0.413, abs=0.002
     )
 
