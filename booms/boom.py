@@ -332,21 +332,6 @@ class CatalogueBoom(CatalogueEntry):
     maximum_speed_kn: float | None = None
     pocket: Pocket | None = None
 
-    def boom(self, length: float, segment_count: int, *, water_density: float = SEA_WATER_DENSITY) -> Boom:
-        """Design a boom of this kind, `length` [m] long; ValueError for a pocket that is shorter than a segment."""
-        return BoomDesign(
-            length=length,
-            segment_count=segment_count,
-            skirt_depth=self.skirt_depth,
-            freeboard=self.freeboard,
-            buoyancy_to_weight=self.buoyancy_to_weight,
-            skirt_thickness=0.005,
-            ballast_fraction=self.ballast_fraction,
-            base_width=self.base_width,
-            pocket=self.pocket,
-            water_density=water_density,
-        ).boom()
-
 
 @lru_cache(maxsize=1)
 def catalogue() -> Mapping[str, CatalogueBoom]:

@@ -26,16 +26,6 @@ class BoomSegment:
     joint_points: Array
     hydrostatics: Hydrostatics
 
-    @property
-    def metacentric_height(self) -> float:
-        """Transverse metacentric height GM [m], which keeps the skirt from leaning; positive for an upright boom."""
-        return self.hydrostatics.metacentric_height(0.0)
-
-    @property
-    def buoyancy_to_weight(self) -> float:
-        """Gross buoyancy over weight [-]: whole volume / displaced volume."""
-        return float(self.mesh.volume) / self.hydrostatics.displaced_volume
-
 
 def boom_segment(boom: Boom) -> BoomSegment:
     """Build the segment of a boom, afloat at its design waterline: mass = rho_water x displaced volume.

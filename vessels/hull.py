@@ -47,11 +47,6 @@ class Hull:
         """Height from keel to deck [m]."""
         return float(self.mesh.extents[2])
 
-    @property
-    def metacentric_height(self) -> float:
-        """Transverse metacentric height GM [m]."""
-        return self.hydrostatics.metacentric_height(0.0)
-
     def deck_point(self, forward: float, height: float | None = None) -> Array:
         """Return a point (3,) [m] on the centreline, `forward` [m] of midships and `height` [m] above the waterline, in the body frame.
 

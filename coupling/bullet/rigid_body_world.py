@@ -179,7 +179,6 @@ class RigidBodyWorld(LoadedBodies):
         body_a: str,
         body_b: str | None,
         point: Vector,
-        kind: Literal["point"] = "point",
         *,
         twisting_stiffness: float = 0.0,
         relaxation_time: float = 0.0,
@@ -190,12 +189,10 @@ class RigidBodyWorld(LoadedBodies):
         (`coupling.multibody.joint_twist`).
 
         Two joints on a line make a hinge. Jointed bodies do not collide with each other. Raises ValueError for a name in use, an unknown
-        body, or another kind.
+        body.
         """
         if name in self._joints or name in self._parted:
             raise ValueError(f"rigid bodies: joint {name!r} is added twice, allowed: each name once")
-        if kind != "point":
-            raise ValueError(f"rigid bodies: joint {name!r} is of the kind {kind!r}, allowed: 'point'")
         first = self._body(body_a)
         second = None if body_b is None else self._body(body_b)
         first_point = self._own_point(first, point)

@@ -92,10 +92,6 @@ class RigidBodyState(SavedFields):
         angular = applied(self.world_inertia(), self.twist[:, 3:])
         return np.hstack([self.mass[:, None] * self.twist[:, :3], angular])
 
-    def weight(self, gravity: Array) -> Array:
-        """Return the wrench of gravity (3,) [m/s2] about each centre of mass (B, 6) [N, N m]."""
-        return np.hstack([self.mass[:, None] * gravity, np.zeros((len(self.mass), 3))])
-
     def gyroscopic_torque(self, rows: slice = ALL) -> Array:
         """Return omega x (I omega) (B, 3) [N m] of the bodies of these rows."""
         rate = self.twist[rows, 3:]

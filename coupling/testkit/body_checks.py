@@ -45,11 +45,6 @@ class DampedCosine:
         """1 - exp(-rate T)."""
         return 1.0 - math.exp(-self.rate * self.period)
 
-    def at(self, time: ArrayLike) -> Array:
-        """Return the fitted curve (n,), in the signal's unit [-], at `time` (n,) [s]."""
-        t = np.asarray(time, np.float64)
-        return self.offset + self.amplitude * np.exp(-self.rate * t) * np.cos(self.omega * t + self.phase)
-
 
 def fit_damped_cosine(time: ArrayLike, signal: ArrayLike, period: float) -> DampedCosine:
     """Fit a damped cosine by least squares to `signal` (n,) at `time` (n,) [s], from a guessed `period` [s] on.

@@ -103,10 +103,6 @@ def _displace(block, size, waves, phase, h):
             block[DZ + i] += (down - up) * c
 
 
-# [m] half the way over which slopes are taken; numerical; far below any wave, far above rounding
-STEP = 1e-3
-
-
 class SeaMotion:
     """Places at rest and in the moving sea. Points are (N, 3) [m], z up, time in s since the start of the run."""
 
@@ -145,12 +141,6 @@ class SeaMotion:
             wheeler=False, team=self._team,
         ).velocity  # fmt: skip
         return np.asarray(orbital + np.append(current, 0.0))
-
-    def slope(self, rest: Array, time: float) -> Array:
-        """Return the slope (N, 2) [1] of the sheet of water that is level at rest at the height of `rest`."""
-        sides = [rest + STEP * sign * np.eye(3)[axis] for axis in (0, 1) for sign in (1.0, -1.0)]
-        heights = self.displacement(np.concatenate(sides), time)[:, 2].reshape(4, -1)
-        return np.stack([heights[0] - heights[1], heights[2] - heights[3]], -1) / (2.0 * STEP)
 
     def at_rest(self, points: Array, time: float) -> Array:
         """Return the places at rest (N, 3) [m] of the water that is at `points` now."""

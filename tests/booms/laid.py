@@ -1,4 +1,4 @@
-"""Booms as laid for tests."""
+"""Booms as designed and laid for tests."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from booms.boom import Boom
+from booms.boom import Boom, BoomDesign, catalogue
 from booms.deployment import BoomLayout, lay_between
+from oilsim.core.quantity import quantities
 
 
 def lay_u(
@@ -28,3 +29,11 @@ def lay_u(
     return lay_between(
         boom, (float(start[0]), float(start[1])), (float(end[0]), float(end[1])), water_level=water_level, name=name
     )
+
+
+def of_the_catalogue(name: str, length: float, segment_count: int) -> Boom:
+    """Design a boom of a kind of the catalogue."""
+    entry = vars(catalogue()[name])
+    same = {key: entry[key] for key in quantities(BoomDesign) if key in entry}
+    sizes = {"length": length, "segment_count": segment_count, "skirt_thickness": 0.005, "pocket": entry["pocket"]}
+    return BoomDesign(**same, **sizes).boom()

@@ -18,6 +18,7 @@ from booms.boom import (
 )
 from booms.segments import boom_segment, segment_mesh
 from coupling.solids.hydrostatics import waterline_for_volume
+from tests.booms.laid import of_the_catalogue
 
 
 def box_boom(**changes):
@@ -72,7 +73,7 @@ def test_ballast_at_the_foot_lowers_the_centre_of_mass_by_its_lever():
     # z_G = (1 - b) z_even + b (-skirt depth): linear in the ballast's share b
     even = (-light.waterline + 0.2 * 0.2) / 0.8
     assert -heavy.waterline == pytest.approx(0.5 * even - 0.5 * 0.2, rel=1e-9)
-    assert heavy.metacentric_height > light.metacentric_height > 0.0
+    assert heavy.hydrostatics.metacentric_height(0.0) > light.hydrostatics.metacentric_height(0.0) > 0.0
 
 
 def test_metacentric_height_of_a_segment():
@@ -84,7 +85,9 @@ def test_metacentric_height_of_a_segment():
     even = (-(0.12 * 0.03 * 0.015 + 0.01 * 0.17 * 0.115) + 0.12 * 0.1 * 0.05) / whole
     gravity = 0.6 * even - 0.4 * 0.2
     # GM = I / V + z_B - z_G, I = w^3 / 12 a length
-    assert segment.metacentric_height == pytest.approx(0.12**3 / 12 / below + buoyancy - gravity, rel=0.01)
+    assert segment.hydrostatics.metacentric_height(0.0) == pytest.approx(
+        0.12**3 / 12 / below + buoyancy - gravity, rel=0.01
+    )
 
 
 def test_top_heavy_boom_is_refused():
@@ -114,7 +117,7 @@ def test_float_is_sized_to_the_buoyancy_to_weight_ratio(shape, ratio):
         float_shape=shape,
     ).boom()
     segment = boom_segment(boom)
-    assert segment.buoyancy_to_weight == pytest.approx(ratio, rel=1e-6)
+    assert segment.mesh.volume / segment.hydrostatics.displaced_volume == pytest.approx(ratio, rel=1e-6)
     # reserve: all of the volume under water lifts ratio times the weight
     lift = boom.water_density * segment.mesh.volume
     assert lift == pytest.approx(ratio * segment.mass_properties.mass, rel=1e-6)
@@ -139,7 +142,7 @@ def test_boom_is_made_thick_enough_for_the_particles_and_says_so(spacing):
     assert resolved.skirt_thickness == max(0.01, minimum_thickness(spacing))
     assert resolved.design_skirt_thickness == 0.01
     assert (resolved.skirt_depth, resolved.freeboard) == (boom.skirt_depth, boom.freeboard)
-    assert boom_segment(resolved).metacentric_height > 0.0
+    assert boom_segment(resolved).hydrostatics.metacentric_height(0.0) > 0.0
     # what is not ballast keeps its mass
     masses = [boom_segment(b).mass_properties.mass * (1.0 - b.ballast_fraction) for b in (boom, resolved)]
     assert masses[0] == pytest.approx(masses[1], rel=1e-9)
@@ -148,10 +151,12 @@ def test_boom_is_made_thick_enough_for_the_particles_and_says_so(spacing):
 @pytest.mark.parametrize("name", list(catalogue()))
 def test_every_boom_of_the_catalogue_makes_an_upright_boom_of_its_ratio(name):
     entry = catalogue()[name]
-    segment = boom_segment(entry.boom(80.0, 30))
+    segment = boom_segment(of_the_catalogue(name, 80.0, 30))
     assert segment.mesh.is_watertight
-    assert segment.metacentric_height > 0.0
-    assert segment.buoyancy_to_weight == pytest.approx(entry.buoyancy_to_weight, rel=1e-6)
+    assert segment.hydrostatics.metacentric_height(0.0) > 0.0
+    assert segment.mesh.volume / segment.hydrostatics.displaced_volume == pytest.approx(
+        entry.buoyancy_to_weight, rel=1e-6
+    )
 
 
 def test_navy_classes_are_those_of_the_salvage_manual():

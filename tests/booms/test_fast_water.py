@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from booms.boom import Pocket, catalogue
+from booms.boom import Pocket
 from booms.losses.liquids import OilOnWater
 from booms.losses.rates import (
     Closures,
@@ -16,6 +16,7 @@ from oilsim.oil.fates import LossCause
 from oilsim.slick.barriers import Boom
 from oilsim.slick.oil import Oil
 from oilsim.slick.slick import Slick, SlickSettings
+from tests.booms.laid import of_the_catalogue
 from tests.oilsim.slick.flows import UniformFlow
 
 THICK = OilOnWater(oil_density=950.0, water_density=1025.0, kinematic_viscosity=0.1)  # 95 Pa s, as congealed oil
@@ -62,6 +63,6 @@ def test_what_no_pocket_can_be_is_refused() -> None:
     with pytest.raises(ValueError, match=r"(?s)length is 0.*speed_ratio is 1.*volume is -1"):
         Pocket(length=0.0, speed_ratio=1.0, volume=-1.0)
     with pytest.raises(ValueError, match=r"pocket.length is 4.6 m, allowed: 10 m or more, a segment"):
-        catalogue()["current-buster-6"].boom(120.0, 12)
+        of_the_catalogue("current-buster-6", 120.0, 12)
     with pytest.raises(ValueError, match=r"boom 'boom': flow_share is 0., allowed"):
         Boom(name="boom", nodes=LINE, draft=0.8, flow_share=0.0)

@@ -40,7 +40,7 @@ def test_hull_floats_upright_at_its_draft_and_rights_itself_by_its_metacentric_h
     heel = 1e-3
     rolled = bodies.loads(0.0, pose_of(hull, (heel, 0, 0)), np.zeros((1, 6))).wrench[0, 3]
     pitched = bodies.loads(0.0, pose_of(hull, (0, heel, 0)), np.zeros((1, 6))).wrench[0, 4]
-    assert rolled == pytest.approx(-weight * hull.metacentric_height * heel, rel=0.01)
+    assert rolled == pytest.approx(-weight * hull.hydrostatics.metacentric_height(0.0) * heel, rel=0.01)
     assert pitched == pytest.approx(-weight * _longitudinal_height(hull) * heel, rel=0.01)
 
 

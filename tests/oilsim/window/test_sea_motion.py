@@ -71,12 +71,3 @@ def test_a_regular_wave_in_deep_water_obeys_the_equation_of_motion_whole() -> No
     volume = 1.0 - (0.5 * k * np.exp(k * places[:, 2])) ** 2
     for axis, expected in enumerate((0.0, 0.0, GRAVITY * volume)):
         np.testing.assert_allclose((force * along[axis]).sum(1) / 1e-4, expected, atol=2e-3)
-
-
-def test_slope_is_that_of_the_surface() -> None:
-    sea = regular(height=0.1)
-    motion, x = SeaMotion(sea), np.linspace(0.0, 14.0, 30)
-    places = np.stack([x, 0.0 * x, 0.0 * x], -1)
-    k = float(sea.components.wave_number[0])
-    np.testing.assert_allclose(motion.slope(places, 0.0)[:, 0], -0.05 * k * np.sin(k * x), atol=1e-7)
-    np.testing.assert_allclose(motion.slope(places, 0.0)[:, 1], 0.0, atol=1e-9)

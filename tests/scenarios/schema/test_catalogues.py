@@ -35,7 +35,7 @@ def test_a_vessel_takes_its_figures_from_the_catalogue_and_floats_upright(name: 
     assert size == (entry.length, entry.beam, entry.draft, entry.depth)
     assert settings.bollard_pull == entry.bollard_pull
     mesh = raked_barge(*size) if shape == "barge" else wigley_hull(*size)
-    assert float_hull(mesh, settings.draft, water_density=1025.0).metacentric_height > 0.0
+    assert float_hull(mesh, settings.draft, water_density=1025.0).hydrostatics.metacentric_height(0.0) > 0.0
 
 
 @pytest.mark.parametrize("name", skimmers())

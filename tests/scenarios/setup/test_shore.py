@@ -19,6 +19,7 @@ from scenarios.setup.layout import lay_out
 from scenarios.spec.load import load_scenario
 from scenarios.spec.resolve import resolve
 from scenarios.text.problems import ScenarioError
+from tests.booms.laid import of_the_catalogue
 from tests.oilsim.slick.flows import UniformFlow
 
 BEACH = Beach(waterline=(0.0, 0.0, 0.0), seaward=-0.5 * math.pi, slope=0.05, width=100.0, capacity=0.001)
@@ -105,8 +106,7 @@ def test_oil_that_strands_stays_where_the_falling_water_leaves_it() -> None:
 
 
 def test_the_tubes_of_the_catalogue_weigh_what_they_displace() -> None:
-    entry = catalogue()["shore-seal"]
-    boom = entry.boom(20.0, 10)
+    entry, boom = catalogue()["shore-seal"], of_the_catalogue("shore-seal", 20.0, 10)
     assert boom.float_width == boom.skirt_thickness == entry.base_width == 0.6
     with pytest.raises(ScenarioError, match=r"buoyancy_to_weight is 3, allowed with base_width: 2"):
         lay_out(resolve(load_scenario("shore-seal", overrides=["booms.main.buoyancy_to_weight=3.0"]).scenario))
