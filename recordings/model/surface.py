@@ -63,15 +63,21 @@ class SurfaceFrame:
     @property
     def brightness(self) -> npt.NDArray[np.float32]:
         """Daylight (N M,) [1] on the surface: up to 1 towards the sun, less away from it; waves fade where grid lines are far apart."""
-        rim = 1 if self.is_clear else 0  # sides are as bright as the surface beside them
+        fade, _, *slopes = self.waves
+        steep = -_RELIEF * fade * (_LIGHT[0] * slopes[0] + _LIGHT[1] * slopes[1]) / _LIGHT[2]
+        light = _FLAT + (1.0 - _FLAT) * np.tanh(_FLAT / (1.0 - _FLAT) * steep)
+        return np.asarray(light.ravel(), dtype=np.float32)
+
+    @property
+    def waves(self) -> npt.NDArray[np.float64]:
+        """Four grids (4, N, M): how well waves are seen [1], less where lines are far apart; height [m]; slopes [1] along x and y."""
+        rim = 1 if self.is_clear else 0  # sides are as the surface beside them
         inner = slice(rim, -rim or None)
         lines = (self.x[inner], self.y[inner])
         apart = [np.gradient(one) for one in lines]
         fade = np.multiply.outer(*((one.min() / one) ** 4 for one in apart))
-        slopes = np.gradient(self.height[inner, inner].astype(np.float64), *lines)
-        steep = -_RELIEF * fade * (_LIGHT[0] * slopes[0] + _LIGHT[1] * slopes[1]) / _LIGHT[2]
-        light = np.pad(_FLAT + (1.0 - _FLAT) * np.tanh(_FLAT / (1.0 - _FLAT) * steep), rim, mode="edge")
-        return np.asarray(light.ravel(), dtype=np.float32)
+        height = self.height[inner, inner].astype(np.float64)
+        return np.array([np.pad(one, rim, mode="edge") for one in (fade, height, *np.gradient(height, *lines))])
 
 
 def _cell(

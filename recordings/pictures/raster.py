@@ -6,7 +6,7 @@ on its way (Beer-Lambert: the fraction exp(-s / a) is left after a thickness s).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from recordings.model.frame import Color
 from recordings.model.surface import SurfaceFrame
 
 Floats = npt.NDArray[np.floating]
+Foam = Callable[[Floats, Floats], Floats]  # places (K, 2) [m], lengths (K,) [m] of pixels there: whiteness (K,)
 _LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
 _AMBIENT = 0.45
 _SPHERE_FILL = 6.0 / np.pi  # volume of a cube / volume of the sphere inside it
@@ -26,8 +27,10 @@ _GRAZING = -1e-3  # slope of a line of sight that still meets the sea
 _STEPS = 2  # to the place at which a line of sight meets the waves
 _HAZE = 8.0  # distance at which haze hides all but a third of the sea, in widths of the exercise
 _SKYLINE, _ZENITH = np.array([0.86, 0.91, 0.95]), np.array([0.55, 0.71, 0.88])  # colours of the sky
+_FOAM = 0.95  # [1] brightness of foam, which has no colour
+_SAME = 0.01  # [1] difference of a colour from that of water without oil
 _NORMAL_REFLECTANCE = 0.02  # [1] of water from straight above: ((n - 1) / (n + 1))^2 with n = 1.33
-_FINER = 4  # points to an interval of a surface's grid, and to a cell of its image, through which smooth curves run
+FINER = 4  # points to an interval of a surface's grid, and to a cell of its image, through which smooth curves run
 _CANDIDATES = 2_000_000  # pixels that are tried at a time, which bounds the memory
 _COVERED = 4.0  # widths of a line by which it is drawn nearer, so that the surface on which it lies does not hide it
 
@@ -130,11 +133,11 @@ class Canvas:
         tint = np.repeat(np.asarray(color)[:, :3] / 255.0, 2, axis=0)
         self._fill(corners[:, halves].reshape(-1, 3, 2), near[:, halves].reshape(-1, 3), tint)
 
-    def sea(self, surface: SurfaceFrame, image: npt.NDArray[np.uint8] | None, color: Color) -> None:
+    def sea(self, surface: SurfaceFrame, image: npt.NDArray[np.uint8] | None, color: Color, foam: Foam) -> None:
         """Draw the opaque surface of a sea with the colours `image` (R, C, 3) within its box, or with one colour, in daylight.
 
-        It mirrors the sky, the more the flatter it is seen, and fades into haze. Each line of sight meets the surface where a few steps
-        along it, from the height below one step to the next, come to rest.
+        It mirrors the sky, the more the flatter it is seen, is white by `foam` where no oil is, and fades into haze. Each line of sight
+        meets the surface where a few steps along it, from the height below one step to the next, come to rest.
         """
         shape = (self.height // self.fineness, self.width // self.fineness)  # it has no edges that would be rough
         pixel = self.fineness * (np.indices(shape)[::-1].reshape(2, -1).T + 0.5) - self.projection.center
@@ -145,12 +148,16 @@ class Canvas:
         way = (level - self.projection.eye[2]) / sight[:, 2]
         for _ in range(_STEPS):
             places = self.projection.eye[:2] + way[:, None] * sight[:, :2]
-            way = (_on_grid(surface, surface.height, places) - self.projection.eye[2]) / sight[:, 2]
-        light = _on_grid(surface, zoom(surface.brightness.reshape(surface.height.shape), _FINER), places)[:, None]
-        paint = _in_box(surface, image, color, places) * light
+            way = (on_grid(surface, surface.height, places) - self.projection.eye[2]) / sight[:, 2]
+        light = on_grid(surface, zoom(surface.brightness.reshape(surface.height.shape), FINER), places)[:, None]
+        paint = _in_box(surface, image, color, places)
+        bare = np.flatnonzero((np.abs(paint - np.array(color[:3]) / 255.0) < _SAME).all(axis=1))
+        paint *= light
         down = -sight[:, 2:] / np.linalg.norm(sight, axis=1, keepdims=True)
         mirrored = _NORMAL_REFLECTANCE + (1.0 - _NORMAL_REFLECTANCE) * (1.0 - down) ** 5  # Schlick (1994)
         paint += mirrored * (_SKYLINE + (_ZENITH - _SKYLINE) * down - paint)
+        white = foam(places[bare], way[bare] / (self.projection.focal / self.fineness * down[bare, 0]))[:, None]
+        paint[bare] += white * (_FOAM - paint[bare])
         reach = _HAZE * max(surface.box[2] - surface.box[0], surface.box[3] - surface.box[1])
         paint += (1.0 - np.exp(-way / reach))[:, None] * (_SKYLINE - paint)
         far, colors = np.full(len(pixel), np.inf), np.zeros((len(pixel), 3))
@@ -249,7 +256,7 @@ class Canvas:
         self.image.reshape(-1, 3)[number[order]] = np.clip(color[face[inside[order]]], 0.0, 1.0)
 
 
-def _on_grid(surface: SurfaceFrame, values: Floats, places: Floats) -> Floats:
+def on_grid(surface: SurfaceFrame, values: Floats, places: Floats) -> Floats:
     """Interpolate values, on the lines of a surface's grid or evenly between them, to places (K, 2) [m]; beyond it they go on."""
     lines = [
         np.interp(places[:, axis], at, np.linspace(0.0, values.shape[axis] - 1.0, len(at)))
@@ -266,8 +273,8 @@ def _in_box(surface: SurfaceFrame, image: npt.NDArray[np.uint8] | None, color: C
     low, high = np.array(surface.box[:2]), np.array(surface.box[2:])
     part = (places - low) / (high - low)
     inside = ((part >= 0.0) & (part < 1.0)).all(axis=1)
-    lines = (part[inside] * image.shape[:2] * _FINER - 0.5).T
+    lines = (part[inside] * image.shape[:2] * FINER - 0.5).T
     for channel in range(3):
-        smooth = zoom(image[..., channel] / 255.0, _FINER, prefilter=False, mode="nearest", grid_mode=True)  # no steps
+        smooth = zoom(image[..., channel] / 255.0, FINER, prefilter=False, mode="nearest", grid_mode=True)  # no steps
         paint[inside, channel] = map_coordinates(smooth, lines, order=1, mode="nearest")
     return paint

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from scipy.spatial import ConvexHull
 from recordings.model import palette
 from recordings.model.exercise import BoomDescription, is_ground
 from recordings.model.frame import BodyFrame, CameraView, MeshDescription, PhaseDescription, RunDescription
+from recordings.pictures.foam import whitecaps
 from recordings.pictures.raster import Canvas, Projection, fitted_projection
 from recordings.replay.moments import Moment, placed_vertices
 
@@ -109,7 +111,8 @@ def _render(run: RunDescription, moment: Moment, canvas: Canvas, depth: float) -
         radius = moment.radius.get(cause, _LOST_RADIUS * run.particle_spacing)
         canvas.spheres(positions, radius, palette.cause_color(cause))
     if moment.sea is not None and not moment.sea.surface.is_clear:
-        canvas.sea(moment.sea.surface, moment.sea.image, palette.SEA)
+        foam = partial(whitecaps, moment.sea.surface, np.array(moment.wind), moment.time)
+        canvas.sea(moment.sea.surface, moment.sea.image, palette.SEA, foam)
     for _, strip in moment.equipment:
         canvas.spheres(_beads(strip), _EQUIPMENT_RADIUS, palette.EQUIPMENT)
     for index, phase in _clear_liquids(run, moment):

@@ -87,7 +87,7 @@ class Moment:
     """Positions of everything at one instant: time [s], particles (N, 3) [m] by phase, bodies by name.
 
     lost: the particles (N, 3) [m] among them that booms had lost, by cause; radius (N,) [m] of the spots of parcels, which tell their
-    volume, by phase and cause; sea: its surface in a run without particles, None in another.
+    volume, by phase and cause; sea: its surface in a run without particles, None in another; wind (x, y) [m/s].
     equipment: skimmers, and lines that pull, each with a line (N, 3) [m] that shows it.
     """
 
@@ -97,6 +97,7 @@ class Moment:
     lost: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
     radius: Mapping[str, npt.NDArray[np.float32]] = field(default_factory=dict)
     sea: DrawnSea | None = None
+    wind: tuple[float, float] = (0.0, 0.0)
     equipment: Sequence[tuple[Equipment, npt.NDArray[np.float64]]] = ()
 
 
@@ -144,10 +145,20 @@ def read_moments(replay: Replay, steps: Sequence[tuple[int, float]]) -> list[Mom
             lost=lost[index],
             radius=radii[index],
             sea=seas.get(index),
+            wind=wind_at(replay, index),
             equipment=equipment_at(replay, index, time),
         )
         for index, time in steps
     ]
+
+
+def wind_at(replay: Replay, index: int) -> tuple[float, float]:
+    """Return the wind (x, y) [m/s] as last recorded at or before a step, else that of the start."""
+    if "wind/x" not in replay.scalars:
+        return replay.run.exercise.wind if replay.run.exercise else (0.0, 0.0)
+    x, y = (replay.scalars[f"wind/{axis}"] for axis in "xy")
+    row = max(int(np.searchsorted(x.index, index, side="right")) - 1, 0)
+    return float(x.value[row]), float(y.value[row])
 
 
 def equipment_at(replay: Replay, index: int, time: float) -> list[tuple[Equipment, npt.NDArray[np.float64]]]:

@@ -237,15 +237,16 @@ def _weather(replay: Replay) -> tuple[str, str]:
     exercise = replay.run.exercise
     if exercise is None:
         return "", ""
-    current = (
-        [_at_end(replay, f"current/{axis}") for axis in "xy"] if "current/x" in replay.scalars else exercise.current
+    current, wind = (
+        [_at_end(replay, f"{kind}/{axis}") for axis in "xy"] if f"{kind}/x" in replay.scalars else at_start
+        for kind, at_start in (("current", exercise.current), ("wind", exercise.wind))
     )
     said = []
-    for (x, y), turn, word in ((current, 0.0, "towards"), (exercise.wind, math.pi, "from")):
+    for (x, y), turn, word in ((current, 0.0, "towards"), (wind, math.pi, "from")):
         course = course_in_words(math.atan2(y, x) + turn, bearing_of(replay))
         way = f" {word} {course}°" if replay.run.site is not None else ""
         said.append(f"{three_figures(math.hypot(x, y) / KNOT)} kn{way}" if x or y else "")
-    return said[0], said[1] and f"{said[1]} (at the start)"
+    return said[0], said[1]
 
 
 def _ships(replay: Replay) -> str:

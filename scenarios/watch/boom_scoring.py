@@ -57,6 +57,7 @@ class Scoring:
         self._orders = tuple(_orders(fleet.vessels, self._bearing))
         self._announced_until = -math.inf  # [s]
         self._notices: list[Notice] = []
+        self._wind: dict[str, float] = {}  # [m/s] without gusts
         self._collisions = Collisions()
         self._areas = SensitiveAreas(simulators.areas)
         self.ledger = OilLedger()
@@ -81,6 +82,9 @@ class Scoring:
 
     def advance(self, time: float) -> None:
         """Take the state at `time` [s] into the ledger and all scores."""
+        if self._sea.now.description.wind is not None:
+            x, y = self._sea.now.mean_wind(time)
+            self._wind = {"wind/x": float(x), "wind/y": float(y)}
         self._announce_orders(time)
         if self._world is not None:
             self._notices += self._collisions.notices(self._world.met)
@@ -122,14 +126,14 @@ class Scoring:
         return fates_of([boom.containment for boom in self.booms], self._fluid.phase_ids(phase)).fate.astype(np.uint8)
 
     def series(self) -> dict[str, float]:
-        """Return ledger, scores and skimmers at the last communication point; of several booms, each series carries its boom's name."""
+        """Return ledger, wind, scores and skimmers at the last communication point; a series of one of several booms carries its name."""
         several = len(self.booms) > 1
         scores = {
             _of_boom(key, boom.name) if several else key: value
             for boom in self.booms
             for key, value in boom.series().items()
         }
-        ledger = (self.ledger.rows.series() if self._oils else {}) | self._areas.series()
+        ledger = (self.ledger.rows.series() if self._oils else {}) | self._areas.series() | self._wind
         of_skimmers = (one.series() for one in self._skimmers)
         return scores | {f"metrics/{name}": value for name, value in ledger.items()} | dict(ChainMap(*of_skimmers))
 

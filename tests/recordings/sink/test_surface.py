@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -11,6 +12,7 @@ import pytest
 from recordings.model import palette
 from recordings.model.frame import Frame
 from recordings.model.surface import FilmFrame, SurfaceFrame
+from recordings.pictures.foam import whitecaps
 from recordings.pictures.raster import Canvas, fitted_projection
 from recordings.replay.moments import seas_at
 from recordings.replay.recording import Replay
@@ -82,7 +84,7 @@ def test_the_sea_is_drawn_with_the_oil_where_it_lies(recording: Path) -> None:
     corners = np.array([[x, y, 0.0] for x in (-9.0, 9.0) for y in (-9.0, 9.0)])
     projection = fitted_projection(np.array([0.0, -1e-3, 60.0]), np.zeros(3), corners, 90, 90)
     canvas = Canvas(projection, 90, 90)
-    canvas.sea(sea.surface, sea.image, palette.SEA)
+    canvas.sea(sea.surface, sea.image, palette.SEA, partial(whitecaps, sea.surface, np.zeros(2), 0.0))
     assert np.isfinite(canvas.depth).all()
     brown = canvas.image[..., 0] > canvas.image[..., 2]
     assert not brown[:, :39].any()  # colours run into each other within a cell of the film, six pixels

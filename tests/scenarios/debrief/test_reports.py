@@ -64,6 +64,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for index, time in enumerate((0.0, DURATION)):
             scalars = {f"oil/{row}": volume for row, volume in ROWS.items()}
             scalars |= {"skimmers/brush/aboard": 0.6, "skimmers/brush/offloaded": 0.4}
+            scalars |= {"wind/x": 0.0, "wind/y": -1852.0 / 360.0 * (1 + index)}  # it freshens
             bodies = dict.fromkeys(run.meshes, still)
             recorder.step_completed(
                 Frame(index=index, time=time, bodies=bodies, scalars=scalars, read_phases=lambda: phases)
@@ -91,7 +92,7 @@ def test_the_forms_say_what_is_known_and_leave_the_rest_blank(recording: Path, t
     assert forms["Outflow"] == "4 m3"
     assert forms["Position"] == forms["Longitude and latitude"] == "58.9000° N, 5.6000° E"
     assert forms["For time period"] == "2026-05-01 08:00:00 UTC to 2026-05-01 08:30:00 UTC"
-    assert forms["Wind direction and speed"] == "10 kn from 000° (at the start)"
+    assert forms["Wind direction and speed"] == "20 kn from 000°"
     assert forms["Percent contained or completed"] == "50 % held by booms or recovered"
     assert "20 m by 10 m" in forms["Position and extent of pollution"]
     for unknown in ("Forecast of likely effect", "Sea state and visibility", "Prepared by", "Incident number"):

@@ -57,6 +57,8 @@ def test_in_a_tide_the_stream_of_the_moment_runs_against_the_boom() -> None:
         series = next(iter(assembly.scoring.booms)).series()
         assert np.hypot(*stream) > 0.1
         assert [series["metrics/current/x"], series["metrics/current/y"]] == pytest.approx(stream.tolist())
+        wind = [assembly.scoring.series()[f"metrics/wind/{axis}"] for axis in "xy"]
+        assert np.hypot(*wind) == pytest.approx(6.0)
 
 
 def test_oil_that_is_skimmed_or_floats_off_stays_among_what_the_boom_has_met() -> None:
