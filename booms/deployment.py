@@ -150,7 +150,7 @@ def lay_between(
     left = np.array([-along[1], along[0]]) * (1.0 if bulge == "right" else -1.0)
     chain = boom.length * catenary_chain(boom.segment_count, distance / boom.length)
     middle = begin + 0.5 * distance * along
-    return _layout(boom, middle + chain[:, :1] * along + chain[:, 1:] * left, water_level, name)
+    return lay_along(boom, middle + chain[:, :1] * along + chain[:, 1:] * left, water_level=water_level, name=name)
 
 
 @lru_cache(maxsize=64)  # a check and a run, and runs of a sweep, lay the same boom
@@ -225,12 +225,7 @@ def lay_in_stream(
 
     Raises ValueError for ends that no such boom has (see `stream_chain`), or so near that neighbours turn beyond `Boom.maximum_turn`.
     """
-    return _layout(boom, line_in_stream(boom, start, end, stream), water_level, name)
-
-
-def lay_along(boom: Boom, line: Array, *, water_level: float, name: str = "boom") -> BoomLayout:
-    """Lay a boom along a line of joints (segment_count + 1, 2) [m]; ValueError where neighbours turn beyond `Boom.maximum_turn`."""
-    return _layout(boom, line, water_level, name)
+    return lay_along(boom, line_in_stream(boom, start, end, stream), water_level=water_level, name=name)
 
 
 def lay_aground(layout: BoomLayout, ground: Callable[[Array], Array], water_level: float) -> BoomLayout:
@@ -292,8 +287,8 @@ def tow_line(
     return (body,), joints
 
 
-def _layout(boom: Boom, line: Array, water_level: float, name: str) -> BoomLayout:
-    """Put a segment on every link of the line of joints (segment_count + 1, 2) [m]."""
+def lay_along(boom: Boom, line: Array, *, water_level: float, name: str = "boom") -> BoomLayout:
+    """Lay a boom along a line of joints (segment_count + 1, 2) [m]; ValueError where neighbours turn beyond `Boom.maximum_turn`."""
     segment = boom_segment(boom)
     links = np.diff(line, axis=0)
     half = 0.5 * np.arctan2(links[:, 1], links[:, 0])
