@@ -216,6 +216,14 @@ class ExerciseDescription:
     prices: Mapping[str, Any] = field(default_factory=dict)
     areas: Mapping[str, tuple[tuple[tuple[float, float], ...], ...]] = field(default_factory=dict)
 
+    def is_seen(self, one: Equipment, time: float, scalars: Mapping[str, float]) -> bool:
+        """Tell whether a skimmer or a line is there to see at `time` [s]: no line that has parted, hangs loose, or waits for its crew.
+
+        At the start no line pulls yet, and those that do not wait are there all the same.
+        """
+        waits = any(one.name in boom.waiting_ties for boom in self.booms)
+        return scalars.get(one.series) != 0.0 or (time == 0.0 and not waits)
+
 
 def to_json(description: Site | ExerciseDescription | None) -> str:
     """Write a description as text for a recording's properties; empty for None."""

@@ -174,8 +174,8 @@ def equipment_at(replay: Replay, index: int, time: float) -> list[tuple[Equipmen
             row = -1 if series is None else int(np.searchsorted(series.time, time + 1e-9)) - 1
             if series is not None and row >= 0:
                 scalars[name] = float(series.value[row])
-        strip, is_loose = one.strip(motions, scalars, exercise.water_level), scalars.get(one.series) == 0.0
-        if strip is not None and not (is_loose and time > 0.0):
+        strip = one.strip(motions, scalars, exercise.water_level)
+        if strip is not None and exercise.is_seen(one, time, scalars):
             found.append((one, strip))
     return found
 

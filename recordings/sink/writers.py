@@ -99,14 +99,13 @@ class EquipmentWriter:
 
     def __init__(self, static: Static, changing: Changing) -> None:
         self._static, self._changing = static, changing
-        self._equipment: Sequence[Equipment] = ()
-        self._level = 0.0
+        self._exercise = ExerciseDescription()
 
     def begin(self, exercise: ExerciseDescription | None) -> None:
         """Write looks, and the names of skimmers and anchors."""
         if exercise is None:
             return
-        self._equipment, self._level = exercise.equipment, exercise.water_level
+        self._exercise = exercise
         for one in exercise.equipment:
             labels = [] if one.kind == "tie" else [one.name]  # names of all cross bridles would hide the boom
             look = rr.LineStrips3D.from_fields(colors=[palette.EQUIPMENT], radii=[_LINE_RADIUS], labels=labels)
@@ -114,18 +113,17 @@ class EquipmentWriter:
 
     def write(self, samples: Sequence[Sample]) -> None:
         """Write where they are in samples."""
-        for one in self._equipment:
-            found = [(sample, one.strip(sample.bodies, sample.scalars, self._level)) for sample in samples]
+        exercise = self._exercise
+        for one in exercise.equipment:
+            found = [(sample, one.strip(sample.bodies, sample.scalars, exercise.water_level)) for sample in samples]
             having = [(sample, strip) for sample, strip in found if strip is not None]
             if having:
-                shown = [strip if _pulls(one, sample) else np.repeat(strip[:1], 2, axis=0) for sample, strip in having]
-                columns = rr.LineStrips3D.columns(strips=[strip.astype(np.float32) for strip in shown])
-                self._changing(_path_of(one), [sample for sample, _ in having], columns)
-
-
-def _pulls(one: Equipment, sample: Sample) -> bool:
-    """Return whether a line pulls in a sample, or has not begun to; true of a skimmer."""
-    return sample.time == 0.0 or sample.scalars.get(one.series) != 0.0
+                seen = [exercise.is_seen(one, sample.time, sample.scalars) for sample, _ in having]
+                strips = [
+                    (strip if is_seen else np.repeat(strip[:1], 2, axis=0)).astype(np.float32)
+                    for (_, strip), is_seen in zip(having, seen, strict=True)
+                ]
+                self._changing(_path_of(one), [sample for sample, _ in having], rr.LineStrips3D.columns(strips=strips))
 
 
 def _path_of(one: Equipment) -> str:

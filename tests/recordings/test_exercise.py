@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from recordings.model import entity_paths, palette
-from recordings.model.exercise import BoomDescription, ExerciseDescription, Site
+from recordings.model.exercise import BoomDescription, Equipment, ExerciseDescription, Site
 from recordings.model.frame import BodyFrame, Frame, PhaseFrame
 from recordings.replay.moments import read_moments
 from recordings.replay.recording import Replay
@@ -164,3 +164,13 @@ def test_cameras_follow_the_apex_from_outside_and_the_vessel_from_ahead(made_up:
 def test_an_impossible_site_is_refused(change: dict[str, object]) -> None:
     with pytest.raises(ValueError, match="allowed"):
         replace(SITE, **change)
+
+
+def test_a_line_is_seen_while_it_pulls_and_at_the_start_unless_it_waits_for_its_crew() -> None:
+    fast, waits = (
+        Equipment(name=name, kind="tie", ends=(("", (0.0, 0.0, 0.0)),) * 2, series=f"ties/{name}/tension")
+        for name in ("bridle", "connect")
+    )
+    exercise = replace(EXERCISE, booms=(replace(BOOM, waiting_ties=("connect",)),), equipment=(fast, waits))
+    for time, tension, seen in ((0.0, 0.0, (True, False)), (1.0, 0.0, (False, False)), (1.0, 5.0, (True, True))):
+        assert tuple(exercise.is_seen(one, time, {one.series: tension}) for one in (fast, waits)) == seen
