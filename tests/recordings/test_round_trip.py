@@ -179,7 +179,7 @@ def test_impossible_terms_are_refused(tmp_path: Path, terms: dict[str, object], 
 def test_unwritable_path_is_one_clear_error(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"missing/x.rrd: cannot be written: No such file or directory"):
         Recorder(tmp_path / "missing" / "x.rrd")
-    with pytest.raises(RecordingError, match="cannot be written: Is a directory"):
+    with pytest.raises(RecordingError, match="cannot be written: is a folder"):
         Recorder(tmp_path)
 
 
