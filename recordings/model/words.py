@@ -18,7 +18,7 @@ CAUSE_IN_WORDS: Mapping[str, str] = {
     "submergence": "ran over the boom, which was under water",
     "splash_over": "splashed over the boom",
     "around_ends": "swept past the boom's end",
-    "through": "passed through the boom, at a joint or a net",
+    "through": "passed through the boom, at a joint",
     "left_the_domain": "left the simulated water",
 }
 """Words for each cause, by its name in series and summaries; they complete "oil that ..."."""

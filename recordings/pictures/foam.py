@@ -49,7 +49,7 @@ def whitecaps(surface: SurfaceFrame, wind: Floats, time: float, places: Floats, 
     breaking = _BY_WAVES * waves + np.sqrt(1.0 - (_BY_WAVES * part) ** 2) * pattern
     bare, whole = np.quantile(breaking, np.maximum(1.0 - share * _EDGES, 0.0))
     foam = np.clip((breaking - bare) / max(whole - bare, _STILL), 0.0, 1.0)
-    return np.asarray(share + np.minimum(2.0 * _LENGTHS[0] / pixels, 1.0) * (foam - share))
+    return np.asarray(share + np.minimum(_LENGTHS[0] / pixels, 1.0) * (foam - share))
 
 
 def _before_crests(surface: SurfaceFrame, along: Floats, places: Floats) -> tuple[Floats, Floats]:

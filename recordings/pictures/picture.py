@@ -35,7 +35,7 @@ _Style = Literal["-"] | tuple[float, Sequence[float]]
 _STYLES: tuple[_Style, ...] = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)))  # of booms, in turn
 _LEGEND_SIZES = (
     (56, 9.0),
-    (78, 7.5),
+    (66, 7.5),
     (1000, 6.5),
 )  # letters of a legend that fit beside the title of a diagram, and their size
 

@@ -25,7 +25,7 @@ _LARGEST_BLUR = 3.0  # [shown pixels]; a few large particles are seen one by one
 _NEAR = 1e-3
 _GRAZING = -1e-3  # slope of a line of sight that still meets the sea
 _STEPS = 2  # to the place at which a line of sight meets the waves
-_HAZE = 8.0  # distance at which haze hides all but a third of the sea, in widths of the exercise
+_HAZE = 8.0  # distance at which haze hides all but a third of the sea, in those of the middle of the seen sea, so that haze stays
 _SKYLINE, _ZENITH = np.array([0.86, 0.91, 0.95]), np.array([0.55, 0.71, 0.88])  # colours of the sky
 _FOAM = 0.95  # [1] brightness of foam, which has no colour
 _SAME = 0.01  # [1] difference of a colour from that of water without oil
@@ -158,8 +158,7 @@ class Canvas:
         paint += mirrored * (_SKYLINE + (_ZENITH - _SKYLINE) * down - paint)
         white = foam(places[bare], way[bare] / (self.projection.focal / self.fineness * down[bare, 0]))[:, None]
         paint[bare] += white * (_FOAM - paint[bare])
-        reach = _HAZE * max(surface.box[2] - surface.box[0], surface.box[3] - surface.box[1])
-        paint += (1.0 - np.exp(-way / reach))[:, None] * (_SKYLINE - paint)
+        paint += (1.0 - np.exp(-way / (_HAZE * np.median(way))))[:, None] * (_SKYLINE - paint)
         far, colors = np.full(len(pixel), np.inf), np.zeros((len(pixel), 3))
         far[seen], colors[seen] = np.where(way > _NEAR, way, np.inf), np.clip(paint, 0.0, 1.0)
         self._lay(far.reshape(shape), colors.reshape(*shape, 3))

@@ -19,7 +19,7 @@ from recordings.replay.recording import Replay
 from recordings.sink.recorder import Recorder
 
 HALF, LENGTH = 60.0, 20.0  # [m] of the seen sea to each side; of its waves
-WIDE = 1000.0  # [m] of the box to each side, so that hardly any haze lies before it
+WIDE = 1000.0  # [m] of the box to each side
 LINES = np.linspace(-HALF, HALF, 121)
 
 
