@@ -1,6 +1,7 @@
-"""A boom at its moorings in a current hangs as a catenary: its pull follows from drag and shape."""
+"""A boom at its moorings in a current hangs as the load on it says: its pull follows from drag, standing water and shape."""
 
 import numpy as np
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from recordings import Recorder, draw_picture
@@ -17,8 +18,19 @@ draw_picture("boom_in_current.rrd", "boom_in_current.png")
 tension = np.mean([readings.one_series(f"tow_tension/end-{n}").value[-50:].mean() for n in (0, 1)])
 gap = readings.one_series("gap_ratio").value[-1]  # from end to end, over the length
 
-# a load q cos^2 of the angle to the stream bends the boom into a catenary: T = q a, sinh(w / 2a) / (w / 2a) = L / w
-x = brentq(lambda x: np.sinh(x) / x - 1.0 / gap, 0.1, 20.0)
-theory = 0.5 * 1027.0 * DRAG * SKIRT * SPEED**2 * gap * LENGTH / (2.0 * x)
-print(f"tension of the boom: {tension:.1f} N; catenary without friction: {theory:.1f} N within {0.2 * theory:.1f} N")
-assert abs(tension - theory) < 0.2 * theory
+
+def half_gap(tension):
+    """Way across the current [m] from the apex to an end: tension x curvature = load, by drag and by water that stands in the U."""
+
+    def bend(_, state):
+        angle, across = state
+        held = min(1.0, 20.0 * SKIRT / max(2.0 * across, 1e-9))
+        load = 0.5 * 1027.0 * SKIRT * SPEED**2 * (DRAG * np.cos(angle) ** 2 + held * np.sin(angle) ** 2)
+        return load / tension, np.cos(angle)
+
+    return solve_ivp(bend, (0.0, 0.5 * LENGTH), (0.0, 0.0), rtol=1e-6).y[1, -1]
+
+
+theory = brentq(lambda tension: half_gap(tension) - 0.5 * gap * LENGTH, 10.0, 1e4)
+print(f"tension of the boom: {tension:.1f} N; of its shape: {theory:.1f} N within {0.1 * theory:.1f} N")
+assert abs(tension - theory) < 0.1 * theory
