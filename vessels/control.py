@@ -128,6 +128,11 @@ class VesselControl(_Controls):
         elif name == f"{self.vessel.name}.heading_order":
             self._state.heading_order = float(array)
 
+    @property
+    def leg(self) -> CourseLeg:
+        """The leg of the course that is in force."""
+        return self._course.legs[max(self._state.leg, 0)]
+
     def change_course(self, course: Course) -> None:
         """Follow the legs of `course` from the next step on; the leg that holds then begins anew, unless only its speed is another."""
         now, before = self._state.leg, self._course.legs

@@ -32,6 +32,7 @@ from scenarios.setup.afloat.moorings import leg_name, tie_name
 from scenarios.spec.resolve import RunSpec
 from scenarios.spec.scenario import Scenario
 from scenarios.watch.slick_oil import spots_of_slick
+from vessels.control import VesselControl
 from vessels.vessel import heading_of
 
 MOST_SPOTS = 20_000  # [1] that a page draws smoothly; the cells of particles grow until they are fewer
@@ -97,6 +98,7 @@ def scene_of(assembly: Assembly) -> dict[str, Any]:
         "duration": scenario.run.duration,
         "step": scenario.run.communication_step,
         "bearing": scenario.bearing,
+        "distance": _distance(assembly),
         "bounds": [*scenario.domain.lower[:2], *scenario.domain.upper[:2]],
         "vessels": [
             {
@@ -201,6 +203,14 @@ def _boom_scene(boom: BoomDescription, settings: BoomSettings) -> dict[str, Any]
     }
 
 
+def _distance(assembly: Assembly) -> float:
+    """Return how far the opening camera is from what it looks at [m]; without one, the length of the longest boom, or 100 m."""
+    camera = assembly.scenario.camera
+    if camera is None:
+        return max((boom.length for boom in assembly.description.booms), default=100.0)
+    return math.dist(camera.eye, camera.target)
+
+
 def _footprints(assembly: Assembly) -> dict[str, list[list[float]]]:
     """Return the outlines [m] in plan of all fixed bodies, by name, as convex polygons; one on edge has none."""
     fixed = (one for one in assembly.solids if one.motion == "fixed" and one.wetted)
@@ -244,7 +254,8 @@ def _vessel_state(
     heading = heading_of(body.orientation)
     way = means.mean(f"{name} heading", frame.time, [np.cos(heading), np.sin(heading)])
     water = means.mean(f"{name} through water", frame.time, body.linear_velocity[:2] - current)
-    leg = getattr(assembly.parts.helms[name], "leg", None)
+    helm = assembly.parts.helms[name]
+    leg = helm.leg if isinstance(helm, VesselControl) else None
     return {
         "x": float(body.position[0]),
         "y": float(body.position[1]),

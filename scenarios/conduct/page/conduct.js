@@ -78,6 +78,7 @@ const on = {
     conduct.helm?.follow(message.vessels[conduct.hello.vessel]?.ordered);
     showOrdered(conduct.scene, message);
     tellLag();
+    veilScene();
     phase();
     },
   refused(message) { notice(message.problems.map(([place, text]) => `${place} ${text}`).join("; "), true); },
@@ -128,10 +129,17 @@ function select(name) {
     const frame = document.createElement("iframe"); // of another origin: browsers give it a process of its own
     frame.title = "3-D view";
     frame.src = conduct.hello.viewer;
-    at("view-scene").append(frame);
+    at("view-scene").append(frame, Object.assign(document.createElement("div"), { className: "veil" }));
+    veilScene();
   }
   plan.redraw();
   tellLag();
+}
+
+// Fog, or night: what stands as far off as the exercise's camera does keeps exp(-3.912 distance / visibility) of its contrast (Koschmieder 1924).
+function veilScene() {
+  const veil = at("view-scene").lastChild, seen = conduct.state?.weather.visibility;
+  if (veil && seen) veil.style.opacity = conduct.hello.vessel ? 1 - Math.exp(-3.912 * conduct.scene.distance / seen) : 0;
 }
 
 // Lets the 3-D view show the moment at which the timeline stands.

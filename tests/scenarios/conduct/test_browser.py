@@ -485,6 +485,23 @@ def test_the_sea_is_seen_in_three_dimensions_and_looks_back_with_the_plan(tmp_pa
         assert page.faults == []  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
+def test_fog_veils_the_three_dimensional_view_of_crews(tmp_path: Path) -> None:
+    """A crew sees nothing in dense fog, and all but a tenth in clear air; the instructor sees all."""
+    with console(tmp_path, TOW, "--pace", "2", has_scene=True) as one, sync_api.sync_playwright() as player:
+        program = browser(player)
+        instructor, crew = (opened(program, one, role, is_paused=True) for role in ("instructor", "port"))
+        for page in (instructor, crew):
+            page.get_by_role("tab", name="Both").click()
+        veil = "getComputedStyle(document.querySelector('.veil')).opacity"
+        for visibility, least, most in ((20000, 0.0, 0.1), (10, 0.9, 1.0)):
+            instructor.evaluate(f"conduct.link.give('order', {{settings: ['sea.visibility={visibility}']}})")
+            instructor.evaluate("conduct.link.give('step')")
+            crew.wait_for_function(f"conduct.state.weather.visibility == {visibility}")
+            assert least <= float(crew.evaluate(veil)) <= most
+            assert instructor.evaluate(veil) == "0"
+
+
 def _obeys_while_the_view_stalls(page: sync_api.Page) -> None:
     """An order by a key is obeyed while the 3-D view does nothing but compute."""
     frame = page.frames[1]
