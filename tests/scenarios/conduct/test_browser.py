@@ -215,7 +215,7 @@ def test_the_chart_lies_under_the_land_for_every_role(tmp_path: Path) -> None:
             page.wait_for_function("conduct.plan.chart")
             dark, sand, apart, around = page.evaluate(
                 """() => {
-                    const { plan, scene } = conduct, there = plan.chart, { width, height } = plan.canvas, [land] = scene.land;
+                    const { plan, scene } = conduct, there = plan.chart, { width, height } = plan.canvas, [{ outline: land }] = scene.land;
                     const shown = { ...scene, areas: {}, vessels: [], booms: [], bodies: {} };
                     plan.draw(); // the first picture fits the scale
                     plan.setFollow(false);
