@@ -39,9 +39,9 @@ def read_stream(path: Path, site: SiteSettings | None, duration: float) -> Strea
             if len(axes) < 2 or len(velocities) != 2 or "time" not in named:
                 return None
             return _stream_of(named["time"], axes, velocities, site, duration)
-    except OF_DAMAGE as error:
-        if isinstance(error, FlowFileError):
-            raise
+    except FlowFileError:
+        raise
+    except OF_DAMAGE:
         return None
 
 

@@ -53,7 +53,7 @@ def test_no_foam_in_light_winds(speed: float) -> None:
 
 
 def test_foam_lies_before_the_crests() -> None:
-    """Of phases from the crest on downwind, the quarter that begins there has most of it, and the troughs have hardly any."""
+    """The quarter of a wave that begins at the crest, downwind, has most of it, and the troughs have hardly any."""
     places = np.random.default_rng(1).uniform(-HALF, HALF, (40_000, 2))
     waves = np.repeat(0.25 * np.cos(2.0 * np.pi * LINES / LENGTH)[:, None], len(LINES), axis=1)
     surface = SurfaceFrame(x=LINES, y=LINES, height=waves.astype(np.float32), box=(-WIDE, -WIDE, WIDE, WIDE))

@@ -61,7 +61,7 @@ def test_points_put_the_chart_where_it_lies(file: Path, pixels: tuple[tuple[int,
 
 
 def test_a_point_that_is_read_wrongly_is_told_with_what_it_misses(file: Path) -> None:
-    """Of four corners of a square one is d off along a side: the least squares leave d / 4 at each, turned; by 3 pixels a warning."""
+    """One of four corners of a square is d off along a side: the least squares leave d / 4 at each, turned."""
     rows = fixed_points(SITE.recorded, ((50, 0), (250, 0), (250, 200), (50, 200)))
     for slip, warned in ((3.0, False), (30.0, True)):
         wrong = [[rows[0][0] + slip, *rows[0][1:]], *rows[1:]]
