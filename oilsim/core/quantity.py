@@ -154,10 +154,10 @@ def _plain(value: Any) -> Any:
 
 
 def _entries(value: Any) -> tuple[Any, ...]:
-    """Return a number, or the numbers of a sequence or an array, as one tuple."""
+    """Return a number, or the numbers of a sequence, a table or an array, as one tuple."""
     if isinstance(value, Real | str) or not isinstance(value, Iterable):
         return (value,)
-    return tuple(value)
+    return tuple(number for entry in value for number in _entries(entry))
 
 
 def is_number(value: Any, *, whole: bool = False) -> bool:

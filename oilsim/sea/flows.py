@@ -6,7 +6,9 @@ Each flow has `velocity(time)` (2,) [m/s], its `rate(time)` (2,) [m/s2], and the
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -22,6 +24,8 @@ LUNAR_TIDE = 12.42 * 3600.0
 GAP = 2.5
 # [m/s] fastest flow; numerical; beyond any wind at sea
 FASTEST = 100.0
+# [m] largest way of a tide from one turn to the next; numerical; above the 17 m of the Bay of Fundy
+LARGEST_RANGE = 20.0
 # [1] component of a unit vector up to which it counts as 0; numerical; far above the rounding of sin(pi), 1e-16
 ALONG = 1e-9
 
@@ -217,31 +221,43 @@ class FlowTable:
 
 @dataclass(frozen=True, kw_only=True)
 class Tide:
-    """A tide that raises and lowers the whole surface by a cosine of time; at the start the surface is at the sea's level.
+    """A tide that raises and lowers the whole surface from each high or low water to the next; at the start it is at the sea's level.
 
-    Its height is h(t) = A (cos(2 pi (t - high_water) / T) - cos(2 pi high_water / T)).
-
-    range       [m] 2 A, from low to high water
-    high_water  [s] time of high water; -T / 4 makes the start the time at which the water falls fastest
-    period      [s] T; by default that of the main lunar tide, 12.42 h
+    turns  (time [s], height [m]) of each high and low water, as a tide table has them, above any datum; the first is at the start of the
+           run or before it, the last at its end or later. Between two of them the height follows half a cosine.
     The depth that waves and currents feel stays that of the still water at the start. Raises ValueError for values that are not allowed.
     """
 
-    range: float = quantity("m", at_least=0.0, at_most=20.0)
-    high_water: float = quantity("s", default=0.0)
-    period: float = quantity("s", default=LUNAR_TIDE, above=0.0)
+    turns: tuple[tuple[float, float], ...] = quantity("s, m")
 
     def __post_init__(self) -> None:
-        require("tide", Tide, vars(self))
+        require("tide", Tide, vars(self), self._faults())
+
+    def _faults(self) -> Iterator[str]:
+        """Describe what is wrong with the turns together."""
+        if len(self.turns) < 2:
+            yield f"turns is a table of {len(self.turns)}, allowed: 2 high and low waters, or more"
+        for before, after in pairwise(self.turns):
+            if not before[0] < after[0]:
+                yield f"turns has {after[0]:g} s after {before[0]:g} s, allowed: times that rise"
+            if abs(after[1] - before[1]) > LARGEST_RANGE:
+                yield f"turns has {after[1]:g} m after {before[1]:g} m, allowed: at most {LARGEST_RANGE:g} m between them"
+        if self.turns and not self.turns[0][0] <= 0.0:
+            yield f"turns has {self.turns[0][0]:g} s as its first time, allowed: 0, the start of the run, or before it"
 
     def rise(self, time: float) -> float:
-        """Return the height [m] of the surface at `time` [s] above that at the time 0."""
-        turn = 2.0 * math.pi / self.period
-        return 0.5 * self.range * (math.cos(turn * (time - self.high_water)) - math.cos(turn * self.high_water))
+        """Return the height [m] of the surface at `time` [s] above that at the time 0; ValueError for a time outside the table."""
+        return self._height(time) - self._height(0.0)
+
+    def _height(self, time: float) -> float:
+        if not self.turns[0][0] <= time <= self.turns[-1][0]:
+            raise ValueError(
+                f"tide: time is {time:g} s, allowed: {self.turns[0][0]:g} to {self.turns[-1][0]:g} s, as in its table"
+            )
+        (begin, first), (end, last) = next(pair for pair in pairwise(self.turns) if time <= pair[1][0])
+        return 0.5 * (first + last) + 0.5 * (first - last) * math.cos(math.pi * (time - begin) / (end - begin))
 
     def lowest(self, until: float) -> float:
-        """Return the lowest height [m] of the surface from the time 0 to `until` [s], above that at the time 0."""
-        first = math.ceil(-self.high_water / self.period - 0.5)
-        low_water = self.high_water + (first + 0.5) * self.period
-        times = [0.0, until, *([low_water] if low_water <= until else [])]
+        """Return the lowest height [m] of the surface from the time 0 to `until` [s], above that at the time 0; ValueError as in `rise`."""
+        times = [0.0, until, *(time for time, _ in self.turns if 0.0 < time < until)]
         return min(self.rise(time) for time in times)

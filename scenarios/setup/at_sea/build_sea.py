@@ -103,6 +103,12 @@ def together(sea: SeaDescription, duration: float, *, in_tank: bool) -> Iterator
     """
     from oilsim.sea import Sea
 
+    if sea.tide is not None and sea.tide.turns[-1][0] < duration:
+        yield Problem(
+            "sea.tide.turns",
+            f"ends at {sea.tide.turns[-1][0]:g} s, allowed: {duration:g} s, the end of the run, or later",
+        )
+        return
     lowest = 0.0 if sea.tide is None else sea.tide.lowest(duration)
     depth = sea.depth + lowest
     if not depth > 0.0:

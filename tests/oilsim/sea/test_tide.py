@@ -9,14 +9,30 @@ import pytest
 
 from oilsim.sea import CurrentProfile, RegularWaves, Sea, SeaDescription, SteadyFlow, Tide
 
-FALLING = Tide(range=4.0, high_water=-250.0, period=1000.0)  # fastest at the start, 2 pi A / T = 12.6 mm/s
+FALLING = Tide(
+    turns=((-250.0, 5.0), (250.0, 1.0), (750.0, 5.0))
+)  # fastest at the start, pi / 2 times 4 m in 500 s: 12.6 mm/s
 
 
-def test_rise_is_a_cosine_from_high_water_and_starts_at_zero() -> None:
+def test_height_follows_half_a_cosine_from_turn_to_turn_and_starts_at_zero() -> None:
     assert FALLING.rise(0.0) == 0.0
     assert FALLING.rise(250.0) == pytest.approx(-2.0)  # low water
     assert FALLING.rise(750.0) == pytest.approx(2.0)  # high water
-    assert FALLING.rise(0.5) / 0.5 == pytest.approx(-2.0 * math.pi * 2.0 / 1000.0, rel=1e-5)
+    assert FALLING.rise(0.5) / 0.5 == pytest.approx(-0.5 * math.pi * 4.0 / 500.0, rel=1e-5)
+    times = np.linspace(-250.0, 750.0, 101)
+    assert [FALLING.rise(time) for time in times] == pytest.approx(-2.0 * np.sin(math.pi * times / 500.0), abs=1e-12)
+
+
+def test_tides_of_unequal_range_meet_at_their_turns_without_speed() -> None:
+    table = ((0.0, 6.5), (7.4, 0.8), (12.2, 6.6), (19.6, 0.9))  # h, m
+    tide = Tide(turns=tuple((3600.0 * hours, height) for hours, height in table))
+    for hours, height in table:
+        assert tide.rise(3600.0 * hours) == pytest.approx(height - 6.5)
+        for side in (-60.0, 60.0):
+            if 0.0 < hours < 19.6:
+                assert abs(tide.rise(3600.0 * hours + side) - (height - 6.5)) < 1e-3  # a minute from a turn
+    assert tide.lowest(6.0 * 3600.0) == tide.rise(6.0 * 3600.0)
+    assert tide.lowest(12.0 * 3600.0) == pytest.approx(-5.7)
 
 
 def test_the_sea_is_the_same_sea_at_another_height() -> None:
@@ -41,6 +57,23 @@ def test_the_sea_is_the_same_sea_at_another_height() -> None:
     assert tidal.still_level(100.0) == pytest.approx(1.0 + rise)
 
 
-def test_wrong_tides_are_refused_at_once() -> None:
-    with pytest.raises(ValueError, match=r"(?s)range.*period"):
-        Tide(range=-1.0, period=0.0)
+@pytest.mark.parametrize(
+    ("turns", "reason"),
+    [
+        ((), "turns is a table of 0, allowed: 2 high and low waters, or more"),
+        (
+            ((0.0, 1.0), (-5.0, 30.0)),
+            "turns has -5 s after 0 s, allowed: times that rise; turns has 30 m after 1 m, allowed: at most 20 m",
+        ),
+        (((10.0, 1.0), (500.0, 2.0)), "turns has 10 s as its first time, allowed: 0"),
+        (((0.0, math.nan), (500.0, 2.0)), "turns is nan, allowed: finite"),
+    ],
+)
+def test_wrong_tides_are_refused_at_once(turns: tuple[tuple[float, float], ...], reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        Tide(turns=turns)
+
+
+def test_nothing_is_known_beyond_the_table() -> None:
+    with pytest.raises(ValueError, match=r"time is 751 s, allowed: -250 to 750 s"):
+        FALLING.rise(751.0)

@@ -112,10 +112,17 @@ def test_the_tubes_of_the_catalogue_weigh_what_they_displace() -> None:
         lay_out(resolve(load_scenario("shore-seal", overrides=["booms.main.buoyancy_to_weight=3.0"]).scenario))
 
 
+def test_a_tide_table_that_ends_within_the_run_is_refused_before_it() -> None:
+    with pytest.raises(
+        ScenarioError, match=r"sea.tide.turns ends at 300 s, allowed: 480 s, the end of the run, or later"
+    ):
+        build(load_scenario("shore-seal", overrides=["sea.tide.turns=[[0, 1.0], [300, 0.5]]"]).scenario)
+
+
 def test_a_shore_that_nothing_feels_and_wrong_ones_are_refused_at_once() -> None:
     with pytest.raises(ScenarioError) as caught:
-        load_scenario("shore-seal", overrides=["shore.slope=0.0", "sea.tide.period=-1.0", "shore.capacity=-1.0"])
-    assert all(key in str(caught.value) for key in ("shore.slope", "sea.tide.period", "shore.capacity"))
+        load_scenario("shore-seal", overrides=["shore.slope=0.0", "sea.tide.turns=[[0,1]]", "shore.capacity=-1.0"])
+    assert all(key in str(caught.value) for key in ("shore.slope", "sea.tide.turns", "shore.capacity"))
     with pytest.raises(ScenarioError) as caught:
         load_scenario("shore-seal", overrides=["tank={lower=[-100,-90,-3], upper=[140,60,6]}"])
     assert "shore is given, allowed: at the fidelity none" in str(caught.value)

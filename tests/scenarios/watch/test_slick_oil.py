@@ -122,7 +122,7 @@ def test_oil_floats_on_tide_and_waves() -> None:
     """At low water, -2 m, in waves: each parcel is recorded at the height of the surface where it is."""
     sea = Sea(
         SeaDescription(
-            depth=10.0, waves=RegularWaves(height=0.5, period=4.0), tide=Tide(range=2.0, high_water=0.0, period=400.0)
+            depth=10.0, waves=RegularWaves(height=0.5, period=4.0), tide=Tide(turns=((0.0, 1.0), (200.0, -1.0)))
         )
     )
     with begun("j-sweep-skimmer") as (_, _, slick):
