@@ -23,7 +23,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.arrays import Array, Real
-from oilsim.backend.jit import FAST, ONE, ZERO
+from oilsim.backend.jit import FAST, HALF, ONE, ZERO
+from oilsim.backend.thread_team import Team
 from oilsim.boundaries.contacts import BodyPairs
 from oilsim.boundaries.walls import Walls
 from oilsim.neighborhood.neighbor_search import nearest_images
@@ -125,12 +126,46 @@ def hold_back(pairs, plates, places, carried, moved, push):
         first = last
 
 
+@njit(**FAST)
+def ways_of_bodies(begin, end, pairs, places, walls, moved, turning, carried):
+    """Fill carried (3, P) with the ways [m] of bodies at the particles of the pairs begin to end.
+
+    pairs           the step's `BodyPairs`
+    places (N, 4), moved (3, N)   where the ways of particles begin, and these [m]
+    walls           places (M, 4) of all points of walls [m], and lengths of periodic axes [m] or None
+    turning         twists (bodies, 6) [m/s, rad/s], and dt [s]
+
+    A body that turns by w dt turns its plates, too. A particle's way less this one is what the body sees of it, to second order in dt.
+    To first order, liquid that turns with a vessel would come nearer to its walls by w^2 r dt^2 / 2 every step, and liquid that
+    slides along them by w dt of its way.
+    """
+    (points, period), (twists, step) = walls, turning
+    for n in range(begin, end):
+        i, b, twist = pairs.particle[n], pairs.point[n], twists[pairs.body[n]]
+        dx, dy, dz = nearest_images(
+            places[i, 0] - points[b, 0], places[i, 1] - points[b, 1], places[i, 2] - points[b, 2], period
+        )
+        ux, uy, uz = step * twist[0], step * twist[1], step * twist[2]
+        wx, wy, wz = step * twist[3], step * twist[4], step * twist[5]
+        ax, ay, az = (
+            pairs.arm[0, n] + dx + moved[0, i] - ux,
+            pairs.arm[1, n] + dy + moved[1, i] - uy,
+            pairs.arm[2, n] + dz + moved[2, i] - uz,
+        )
+        tx, ty, tz = wy * az - wz * ay, wz * ax - wx * az, wx * ay - wy * ax
+        carried[0, n] = ux + tx - HALF * (wy * tz - wz * ty)
+        carried[1, n] = uy + ty - HALF * (wz * tx - wx * tz)
+        carried[2, n] = uz + tz - HALF * (wx * ty - wy * tx)
+
+
 class PlateGuard:
     """Keeps the particles of one step on their side of plates; `present` tells whether there are any."""
 
-    def __init__(self, walls: Walls, pairs: BodyPairs, period: Period, spacing: float, dimension: int) -> None:
+    def __init__(
+        self, team: Team, walls: Walls, pairs: BodyPairs, period: Period, spacing: float, dimension: int
+    ) -> None:
         """Begin with the step's `pairs`; period: lengths of periodic axes [m], None if there are none; spacing d [m]."""
-        self._walls, self._pairs, self._period = walls, pairs, period
+        self._team, self._walls, self._pairs, self._period = team, walls, pairs, period
         self._spacing, self._dimension = np.float32(spacing), dimension
         self.present = walls.normal is not None and bool(pairs.particle.size)
 
@@ -152,8 +187,19 @@ class PlateGuard:
         """
         pairs, step = self._pairs, np.float32(time_step)
         moved = step * velocity[:, : density.size]
-        carried = self._ways_of_bodies(points, moved, time_step)
-        pushed = self._hold_back(points, carried.astype(np.float32), moved)
+        carried = np.empty((3, pairs.particle.size), np.float32)
+        turning = self._walls.twists().astype(np.float32), step
+        self._team.run(
+            ways_of_bodies,
+            pairs.particle.size,
+            pairs,
+            points,
+            (self._walls.points, self._period),
+            moved,
+            turning,
+            carried,
+        )
+        pushed = self._hold_back(points, carried, moved)
         hit = np.flatnonzero(pushed.any(axis=0))
         if hit.size:
             stopped = pairs.particle[hit]
@@ -166,19 +212,6 @@ class PlateGuard:
         pairs, arm, impulses = self._pairs, self._arms(points, hit), self._walls.zero_forces()
         np.add.at(impulses, pairs.body[hit], np.hstack([lost.T, np.cross(arm, lost.T)]))
         return impulses
-
-    def _ways_of_bodies(self, points: Real, moved: Real, time_step: float) -> Array:
-        """Return the ways (3, P) [m] of bodies at the particles of all pairs, which move by `moved` (3, N) [m] from `points` (N, 4) [m].
-
-        A body that turns by w dt turns its plates, too. A particle's way less this one is what the body sees of it, to second order in dt.
-        To first order, liquid that turns with a vessel would come nearer to its walls by w^2 r dt^2 / 2 every step, and liquid that
-        slides along them by w dt of its way.
-        """
-        pairs = self._pairs
-        twist, arm = self._walls.twists()[pairs.body], self._arms(points, np.arange(pairs.particle.size))
-        drift = time_step * twist[:, :3]
-        turned = time_step * np.cross(twist[:, 3:], arm + moved[:, pairs.particle].T - drift)
-        return np.asarray((drift + turned - 0.5 * time_step * np.cross(twist[:, 3:], turned)).T)
 
     def _arms(self, points: Real, chosen: NDArray[np.integer]) -> Array:
         """Return the places (K, 3) [m] of the particles of the `chosen` pairs (K,) from the centres of mass of their bodies."""

@@ -51,7 +51,9 @@ def contact_rule(context: StepContext) -> ContactRule:
 def plate_guard(context: StepContext, neighbors: Neighbors) -> PlateGuard:
     """Make what keeps the particles of this step on their side of thin plates."""
     config, pairs = context.config, neighbors.body_pairs
-    return PlateGuard(context.walls, pairs, context.constants.period, config.particle_spacing, config.dimension)
+    return PlateGuard(
+        context.team, context.walls, pairs, context.constants.period, config.particle_spacing, config.dimension
+    )
 
 
 def move_drops(
