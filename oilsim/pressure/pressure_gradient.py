@@ -31,7 +31,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from oilsim.backend.arrays import Real
-from oilsim.backend.jit import FAST, ONE, TWO, ZERO, inlined
+from oilsim.backend.jit import FAST, HALF, ONE, TWO, ZERO, inlined
 from oilsim.backend.simd import LANES, below, gather, gather_four, load, only, root, rounded, spread, store, summed
 from oilsim.backend.thread_team import BLOCK
 from oilsim.gradients.gradient_correction import mean_correction_at_walls, times_mean_correction, times_symmetric
@@ -119,16 +119,17 @@ def store_vector(vectors, k, present, ax, ay, az):
 
 @inlined
 def cache_wall_gradients(i, neighborhood, matrix, lattice_moment, wall_gradient):
-    """Fill wall_gradient (3, Q) with G_ib [1/m] of particle i; returns their sum [1/m] (3 numbers) and the coverage sum_b V_b W_ib [1].
+    """Fill wall_gradient (3, Q) with G_ib [1/m] of particle i.
 
-    neighborhood: `Neighborhood`; matrix (N, 8): Y_i [1], or None for 1; lattice_moment: m_0 [1].
+    neighborhood: `Neighborhood`; matrix (N, 8): Y_i [1], or None for 1; lattice_moment: m_0 [1]. Returns the coverage sum_b V_b W_ib [1],
+    the sum of the vectors [1/m] (3) and their moment sum_b G_ib x_ib^T [1], row by row (9).
     """
     wall, period, walls = neighborhood.wall_points, neighborhood.period, neighborhood.walls
     inverse_support = ONE / neighborhood.support
     factor = inverse_support * inverse_support
     if matrix is not None:
         correction = mean_correction_at_walls(matrix, i, lattice_moment)
-    wx = wy = wz = cover = spread(ZERO)
+    cover = wx = wy = wz = txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = spread(ZERO)
     first, last = walls.start[i], walls.start[i] + np.int64(walls.number[i])
     for k in range(first, last, LANES):
         present = below(last, k)
@@ -145,7 +146,19 @@ def cache_wall_gradients(i, neighborhood, matrix, lattice_moment, wall_gradient)
         wx += ax
         wy += ay
         wz += az
-    return summed(wx), summed(wy), summed(wz), summed(cover)
+        txx -= ax * dx
+        txy -= ax * dy
+        txz -= ax * dz
+        tyx -= ay * dx
+        tyy -= ay * dy
+        tyz -= ay * dz
+        tzx -= az * dx
+        tzy -= az * dy
+        tzz -= az * dz
+    moment = (
+        summed(txx), summed(txy), summed(txz), summed(tyx), summed(tyy), summed(tyz), summed(tzx), summed(tzy), summed(tzz),
+    )  # fmt: skip
+    return summed(cover), (summed(wx), summed(wy), summed(wz)), moment
 
 
 @njit(**FAST)
@@ -163,9 +176,9 @@ def cache_gradients(begin, end, neighborhood, matrix, constants, by_body, vector
     points, period, fluid = neighborhood.points, neighborhood.period, neighborhood.fluid
     quantum, inverse_support, wall_weight = vectors.gradient.quantum, ONE / neighborhood.support, constants.wall_weight
     own, wall_slope = vectors.own, sums.wall_slope
-    factor = inverse_support * inverse_support * neighborhood.volume / quantum
+    factor, half = inverse_support * inverse_support * neighborhood.volume / quantum, HALF * quantum
     for i in range(begin, end):
-        fx = fy = fz = square = spread(ZERO)
+        fx = fy = fz = square = txx = txy = txz = tyy = tyz = tzz = spread(ZERO)
         first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
         for k in range(first, last, LANES):
             present = below(last, k)
@@ -182,17 +195,29 @@ def cache_gradients(begin, end, neighborhood, matrix, constants, by_body, vector
             fy += ay
             fz += az
             square += (ax * ax + ay * ay + az * az) * weight
+            if wall_pressure is not None:
+                txx -= ax * dx
+                txy -= ax * dy + ay * dx
+                txz -= ax * dz + az * dx
+                tyy -= ay * dy
+                tyz -= ay * dz + az * dy
+                tzz -= az * dz
         sx, sy, sz = quantum * summed(fx), quantum * summed(fy), quantum * summed(fz)
         gx, gy, gz = sx, sy, sz
         wx, wy, wz, coverage = ZERO, ZERO, ZERO, ZERO
         if neighborhood.walls.number[i] > 0:
-            wx, wy, wz, coverage = cache_wall_gradients(
+            coverage, (wx, wy, wz), solid = cache_wall_gradients(
                 i, neighborhood, matrix, constants.lattice_moment, vectors.wall_gradient
             )
             gx, gy, gz = gx + wall_weight * wx, gy + wall_weight * wy, gz + wall_weight * wz
             if wall_pressure is not None:
+                moment = (
+                    quantum * summed(txx), half * summed(txy), half * summed(txz),
+                    ONE if constants.plane else quantum * summed(tyy), half * summed(tyz), quantum * summed(tzz),
+                )  # fmt: skip
+                inside, outside = ((sx, sy, sz), moment), ((wx, wy, wz), solid)
                 fill_wall_pressure(
-                    i, neighborhood, vectors, ((sx, sy, sz), (wx, wy, wz)), constants, by_body, wall_pressure, lever
+                    i, inside, outside, constants.gravity, neighborhood.support, by_body, wall_pressure, lever
                 )
                 k = wall_pressure.extrapolation[i]
                 gx -= k[0] * sx + k[1] * sy + k[2] * sz

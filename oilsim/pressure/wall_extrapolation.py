@@ -25,9 +25,7 @@ from numba import njit
 
 from oilsim.backend.arrays import Real
 from oilsim.backend.jit import FAST, HALF, ONE, THREE, ZERO, inlined
-from oilsim.backend.simd import LANES, below, load, spread, summed
 from oilsim.gradients.gradient_correction import inverse, smallest_eigenvalue, times_symmetric
-from oilsim.neighborhood.neighbor_search import rows, separations
 
 # [1] smallest eigenvalue of the liquid's moment up to which c is 0; tuned; not on record
 THIN = np.float32(0.1)
@@ -55,55 +53,9 @@ class WallPressure(NamedTuple):
 
 
 @inlined
-def moment_of(i, points, others, period, pairs, gradient):
-    """Return sum_k G_ik x_ik^T over the pairs of particle i, row by row (9), in units of the vectors times metres.
-
-    points, others (rows, 4) begin with the places [m] of the particles and of their neighbours; gradient (3, P): pair vectors.
-    """
-    gradient_x, gradient_y, gradient_z = rows(gradient)
-    txx = txy = txz = tyx = tyy = tyz = tzx = tzy = tzz = spread(ZERO)
-    first, last = pairs.start[i], pairs.start[i] + np.int64(pairs.number[i])
-    for k in range(first, last, LANES):
-        present = below(last, k)
-        dx, dy, dz, _ = separations(i, points, others, load(pairs.neighbor, k, present), period)
-        ax, ay, az = load(gradient_x, k, present), load(gradient_y, k, present), load(gradient_z, k, present)
-        txx -= ax * dx
-        txy -= ax * dy
-        txz -= ax * dz
-        tyx -= ay * dx
-        tyy -= ay * dy
-        tyz -= ay * dz
-        tzx -= az * dx
-        tzy -= az * dy
-        tzz -= az * dz
-    return (
-        summed(txx),
-        summed(txy),
-        summed(txz),
-        summed(tyx),
-        summed(tyy),
-        summed(tyz),
-        summed(tzx),
-        summed(tzy),
-        summed(tzz),
-    )
-
-
-@inlined
-def scaled(factor, m):
-    """Return a factor times a matrix m (9,), in their unit, as nine numbers."""
-    return (
-        factor * m[0], factor * m[1], factor * m[2], factor * m[3], factor * m[4], factor * m[5], factor * m[6], factor * m[7],
-        factor * m[8],
-    )  # fmt: skip
-
-
-@inlined
-def symmetric(m, unit):
-    """Return the symmetric part of a matrix m (9,), in its unit, as xx, xy, xz, yy, yz, zz, with `unit` added to yy."""
-    return (
-        m[0], HALF * (m[1] + m[3]), HALF * (m[2] + m[6]), m[4] + unit, HALF * (m[5] + m[7]), m[8],
-    )  # fmt: skip
+def symmetric(m):
+    """Return the symmetric part of a matrix m (9,), in its unit, as xx, xy, xz, yy, yz, zz."""
+    return m[0], HALF * (m[1] + m[3]), HALF * (m[2] + m[6]), m[4], HALF * (m[5] + m[7]), m[8]
 
 
 @inlined
@@ -135,31 +87,19 @@ def extrapolation_matrix(trust, own):
 
 
 @inlined
-def fill_wall_pressure(i, neighborhood, vectors, sums, constants, by_body, wall_pressure, lever):
+def fill_wall_pressure(i, liquid, wall, gravity, support, by_body, wall_pressure, lever):
     """Fill row i of `wall_pressure`, and of `lever` beside a moving body.
 
-    neighborhood              the `Neighborhood`
-    vectors           `PressureVectors`, whose pair vectors of particle i are cached already
-    sums              sum_j G_ij and sum_b G_ib [1/m], three numbers each; together they point into the liquid at a free surface
-    constants         `PressureConstants`
+    liquid            sum_j G_ij [1/m], three numbers, and the symmetric part of sum_j G_ij x_ij^T [1], six; xx, xy, xz, yy, yz, zz
+    wall              sum_b G_ib [1/m], which with the liquid's points into the liquid at a free surface, and sum_b G_ib x_ib^T [1], nine
+    gravity, support  g (3) [m/s2]; support radius H [m]
     by_body (N,)      whether a moving body is within reach
     wall_pressure     `WallPressure`
     lever (N, 9)      becomes c_i B_i, as six numbers [1], and sum_j G_ij [1/m], for `rigid_response`; None where no body moves
     """
-    inside, outside = sums
-    gravity = constants.gravity
-    solid = moment_of(
-        i, neighborhood.points, neighborhood.wall_points, neighborhood.period, neighborhood.walls, vectors.wall_gradient
-    )
-    liquid = scaled(
-        vectors.gradient.quantum,
-        moment_of(
-            i, neighborhood.points, neighborhood.points, neighborhood.period, neighborhood.fluid, vectors.gradient.whole
-        ),
-    )
-    own = symmetric(liquid, ONE if constants.plane else ZERO)
+    (inside, own), (outside, solid) = liquid, wall
     spanned = spanned_share(own)
-    covered = ONE if by_body[i] else covered_share(own, symmetric(solid, ZERO))
+    covered = ONE if by_body[i] else covered_share(own, symmetric(solid))
     gain = extrapolation_matrix(spanned * covered, own)
     if lever is not None and by_body[i]:
         for entry in range(6):
@@ -167,7 +107,7 @@ def fill_wall_pressure(i, neighborhood, vectors, sums, constants, by_body, wall_
         for axis in range(3):
             lever[i, 6 + axis] = inside[axis]
     nx, ny, nz = inside[0] + outside[0], inside[1] + outside[1], inside[2] + outside[2]
-    flat = FLAT * (ONE / neighborhood.support)
+    flat = FLAT * (ONE / support)
     across = (nx * gravity[0] + ny * gravity[1] + nz * gravity[2]) / (nx * nx + ny * ny + nz * nz + flat * flat)
     across *= spanned * (ONE - covered)
     extrapolation, waterline = wall_pressure

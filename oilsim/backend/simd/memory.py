@@ -138,9 +138,10 @@ def gather_four(values, j, column):
 def _gather_four(context, builder, signature, arguments):
     values = context.make_array(signature.args[0])(context, builder, arguments[0])
     quad, columns = ir.VectorType(ir.FloatType(), 4), cgutils.unpack_tuple(builder, values.shape)[1]
+    shift = builder.cttz(columns, ir.Constant(ir.IntType(1), 1))  # multiplications are slower
     rows = []
     for row in each(builder, arguments[1]):
-        place = builder.gep(values.data, [builder.add(builder.mul(row, columns), arguments[2])])
+        place = builder.gep(values.data, [builder.add(builder.shl(row, shift), arguments[2])])
         rows.append(builder.load(builder.bitcast(place, quad.as_pointer()), align=4))
     return context.make_tuple(builder, signature.return_type, turned(builder, rows))
 
