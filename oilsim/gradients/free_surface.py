@@ -36,8 +36,7 @@ from enum import IntEnum
 import numpy as np
 from numba import njit
 
-from oilsim.backend.jit import FAST, ONE, ZERO
-from oilsim.backend.simd import LANES, above_zero, below, gather, load, only, spread, store, summed
+from oilsim.backend.jit import FAST, ONE
 
 # [1] |g_i| d from which a particle lies at a free surface; measured; the flat surface of a lattice has 0.44, the layer
 # below it 0.05
@@ -55,36 +54,19 @@ class FreeSurface(IntEnum):
     IN_SPRAY = 3
 
 
-AT_SURFACE, IN_SPRAY = np.float32(FreeSurface.AT_SURFACE), np.float32(FreeSurface.IN_SPRAY)
+INSIDE, AT_SURFACE, IN_SPRAY = (
+    np.uint8(state) for state in (FreeSurface.INSIDE, FreeSurface.AT_SURFACE, FreeSurface.IN_SPRAY)
+)
 
 
 @njit(**FAST)
 def mark_exposed(begin, end, gradient_sum, compression, spacing, exposed):
-    """Fill exposed (N,) with AT_SURFACE or IN_SPRAY for exposed particles and with 0 for others.
+    """Fill exposed (N,) uint8 with AT_SURFACE or IN_SPRAY for exposed particles and with INSIDE for others.
 
-    gradient_sum (3, N): g_i [1/m]; compression (N,): e_i [1]; spacing: d [m]. `exposed` is float32, so that lanes can gather it.
+    gradient_sum (3, N): g_i [1/m]; compression (N,): e_i [1]; spacing: d [m].
     """
     flat, full = (SURFACE / spacing) ** 2, SPRAY - ONE
-    for k in range(begin, end, LANES):
-        present, square = below(end, k), spread(ZERO)
-        for axis in range(3):
-            slope = load(gradient_sum[axis], k, present)
-            square += slope * slope
-        bare = only(above_zero(square - flat), spread(AT_SURFACE), ZERO)
-        store(exposed, k, present, only(above_zero(full - load(compression, k, present)), spread(IN_SPRAY), bare))
-
-
-@njit(**FAST)
-def mark_free_surface(begin, end, fluid, exposed, surface):
-    """Fill surface (N,) uint8 with the `FreeSurface` of each particle.
-
-    fluid         lists of fluid neighbours, as indices
-    exposed (N,)  state of each particle by itself, as from `mark_exposed`
-    """
     for i in range(begin, end):
-        found = spread(exposed[i])
-        first, last = fluid.start[i], fluid.start[i] + np.int64(fluid.number[i])
-        for k in range(first, last, LANES):
-            present = below(last, k)
-            found += only(present, gather(exposed, load(fluid.neighbor, k, present)), ZERO)
-        surface[i] = max(np.uint8(summed(found) > ZERO), np.uint8(exposed[i]))
+        square = gradient_sum[0, i] ** 2 + gradient_sum[1, i] ** 2 + gradient_sum[2, i] ** 2
+        bare = AT_SURFACE if square > flat else INSIDE
+        exposed[i] = IN_SPRAY if compression[i] < full else bare

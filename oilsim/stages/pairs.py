@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from oilsim.backend.arrays import Flags, Index
 from oilsim.backend.thread_team import Team
 from oilsim.boundaries.contacts import gather_contacts, list_body_pairs
 from oilsim.core.state import FluidState
 from oilsim.gradients.gradient_correction import correct_for_shear
-from oilsim.neighborhood.neighbor_search import fill_rows
+from oilsim.neighborhood.neighbor_search import fill_rows, mark_around
 from oilsim.pressure.pressure_gradient import PressureSums, cache_gradients
 from oilsim.pressure.wall_extrapolation import WallPressure
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays, reserved
@@ -36,6 +37,13 @@ def search_neighbors(context: StepContext, state: FluidState) -> Neighbors:
 def place_points(team: Team, neighbors: Neighbors, position: NDArray[np.float32]) -> None:
     """Put the particles, now at `position` (3, N) [m], and their weights side by side for kernels that gather them."""
     team.run(fill_rows, len(neighbors.points), position, neighbors.weight, neighbors.points)
+
+
+def with_neighbors(context: StepContext, neighbors: Neighbors, group: Index) -> Flags:
+    """Return a mask (awake,) of the awake particles that belong to a group (K,) of indices or have a neighbour in it."""
+    near = np.zeros(len(neighbors.points), np.uint8)
+    context.team.run(mark_around, group.size, group, neighbors.neighborhood.fluid, near)
+    return near[: neighbors.awake].view(np.bool_)
 
 
 def cache_pair_gradients(

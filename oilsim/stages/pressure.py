@@ -14,19 +14,20 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.arrays import Array, Flags, Index, Real
+from oilsim.backend.arrays import Array, Index, Real
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, load, store
 from oilsim.boundaries.wall_curvature import add_wall_curvature
 from oilsim.core.config import swing_head
 from oilsim.core.state import Confinement, FluidState
 from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackScales, add_density_feedback
-from oilsim.neighborhood.neighbor_search import indices, mark_around
+from oilsim.neighborhood.neighbor_search import indices
 from oilsim.pressure.bounded_solver import Pressures, System
 from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, velocity_divergence
 from oilsim.pressure.rest_pressure import RestLaw, RestPressure, needed_share, top_of_rest
 from oilsim.pressure.rigid_response import RigidResponse, extend_jacobians, sum_reach, turn_freely
 from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
+from oilsim.stages.pairs import with_neighbors
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays
 from oilsim.step.context import StepContext
 
@@ -163,13 +164,6 @@ def minority_phases(context: StepContext, neighbors: Neighbors, phase: NDArray[n
     counts = [np.count_nonzero(phase == k) for k in liquids]
     minor = [k for k, count in enumerate(counts) if count and k != np.argmax(counts)]
     return [indices(with_neighbors(context, neighbors, indices(phase == k))) for k in minor]
-
-
-def with_neighbors(context: StepContext, neighbors: Neighbors, group: Index) -> Flags:
-    """Return a mask (awake,) of the awake particles that belong to a group (K,) of indices or have a neighbour in it."""
-    near = np.zeros(len(neighbors.points), np.uint8)
-    context.team.run(mark_around, group.size, group, neighbors.neighborhood.fluid, near)
-    return near[: neighbors.awake].view(np.bool_)
 
 
 def pressure_response(

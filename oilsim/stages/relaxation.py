@@ -27,14 +27,14 @@ from oilsim.density.particle_shifting import (
     relaxation_multiplier,
     shift_strength,
 )
-from oilsim.gradients.free_surface import FreeSurface, mark_exposed, mark_free_surface
+from oilsim.gradients.free_surface import FreeSurface, mark_exposed
 from oilsim.gradients.gradient_correction import CorrectionShares
 from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import LIQUID, passing_unit, shear_rate_sums
-from oilsim.neighborhood.neighbor_search import fill_rows
+from oilsim.neighborhood.neighbor_search import fill_rows, indices
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
 from oilsim.stages.contact import plate_guard
-from oilsim.stages.pairs import place_points
+from oilsim.stages.pairs import place_points, with_neighbors
 from oilsim.step.arrays import Neighbors, NeighborSums
 from oilsim.step.context import StepContext
 
@@ -136,7 +136,7 @@ def sum_neighbors(
     time_step [s]; the state's confinement follows.
     """
     run, count, constants = context.team.run, state.awake, context.constants
-    neighborhood, exposed = neighbors.neighborhood, np.empty(state.listed, np.float32)
+    neighborhood, exposed = neighbors.neighborhood, np.empty(state.listed, np.uint8)
     place_points(context.team, neighbors, state.position)
     run(fill_rows, state.listed, state.velocity, neighbors.weight, sums.flow)
     sums.flow[:, LIQUID] = 0.0 if constants.tensions is None else state.phase[: state.listed]
@@ -146,7 +146,8 @@ def sum_neighbors(
     )  # fmt: skip
     spacing = np.float32(context.config.particle_spacing)
     run(mark_exposed, state.listed, sums.gradient_sum, sums.compression, spacing, exposed)
-    run(mark_free_surface, count, neighborhood.fluid, exposed, sums.surface)
+    near = with_neighbors(context, neighbors, indices(exposed > 0))
+    np.maximum(exposed[:count], near, out=sums.surface[:count])
     state.confinement = confinement(state, int(np.count_nonzero(sums.surface)))
     if constants.weightless:
         shear = np.zeros((block_count(count), 2))
