@@ -73,7 +73,7 @@ class SurfaceSampling:
         plate_normal: (M, 3) unit normals [1] of the points of plates that are too thin to hold liquid by their thickness, 0 of others; None
             if there are none.
         particle_spacing: d [m].
-        core: (K, 4) places [m] and volumes [m3] of what is deeper than the layers.
+        displaced: (K, 4) places [m] and volumes [m3] that make up the sampled solid, as large as the mesh and its excess together.
         turns: (T, 6) twists [m, 1] that leave the surface where it is, about axes of revolution.
         curvature: (M, 9) normal [1] and shape operator [1/m] of the surface at each point; None where all faces are planes.
     """
@@ -88,7 +88,7 @@ class SurfaceSampling:
     minimum_thickness: float
     plate_normal: Array | None
     particle_spacing: float
-    core: Array
+    displaced: Array
     turns: Array
     curvature: Array | None
 
@@ -124,8 +124,7 @@ def particles_of(
     return BoundaryParticles(
         name=name, position=sampling.position, volume=sampling.volume, area=sampling.area, no_slip=no_slip,
         contact_angle=contact_angle, normal=sampling.plate_normal,
-        displaced=np.concatenate([np.column_stack([sampling.position, sampling.volume]), sampling.core]),
-        turns=sampling.turns, curvature=sampling.curvature,
+        displaced=sampling.displaced, turns=sampling.turns, curvature=sampling.curvature,
     )  # fmt: skip
 
 
@@ -180,18 +179,24 @@ def _sampled(task: _Task) -> SurfaceSampling:
     thinnest = thinnest_plate(solid, spacing)
     is_loose = np.isfinite(thinnest) and thickness < TIGHT * spacing
     area = np.concatenate([_areas(mesh, solid, outer, spacing), np.zeros(len(inner))])
+    excess = _excess(solid, swollen, shells, spacing)
+    displaced = np.concatenate([np.column_stack([position, volume]), _core(solid, spacing)])
+    if (
+        task.within is None
+    ):  # lattices are half a per cent off, by which a body that is hardly heavier than water sinks too slowly
+        displaced[:, 3] *= (mesh.volume + excess) / displaced[:, 3].sum()
     return SurfaceSampling(
         position=position,
         volume=volume,
         area=area,
         depth=-solid.phi(position),
         outer=len(outer),
-        excess_volume=_excess(solid, swollen, shells, spacing),
+        excess_volume=excess,
         thinnest_plate=thinnest,
         minimum_thickness=thickness,
         plate_normal=plate_normals(solid, position, spacing) if is_loose else None,
         particle_spacing=spacing,
-        core=_core(solid, spacing),
+        displaced=displaced,
         turns=_turns(mesh, solid, position, spacing),
         curvature=surface_shape(position, area, spacing),
     )

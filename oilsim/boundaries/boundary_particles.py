@@ -37,8 +37,8 @@ class BoundaryParticles:
     no_slip   whether viscous liquids stick to this surface; otherwise they slide along it without friction
     contact_angle  [deg] at which interfaces meet this surface, through the liquid with the larger interfacial tension
     normal    (M, 3) unit normals [1] of points of plates that no particle may cross (see `plate_guard`), 0 of others; None: there are none
-    displaced (K, 4) places [m] and volumes [m3] that make up the whole solid, which well-balanced water lifts (see `rest_pressure`); None:
-              those of the particles, as in solids that are nowhere deeper than the layers
+    displaced (K, 4) places [m] and volumes [m3] that make up the whole solid, which liquid at rest lifts (see `rest_pressure`); None: not
+              known, those of the particles in well-balanced water
     turns     (T, 6) twists [m, 1] that leave the surface where it is: unit turns about axes at right angles of a solid of revolution.
               Pressure neither brakes nor drives them, however the particles lie; None: there are none
     curvature (M, 9) unit normal [1] and shape operator [1/m] of the surface at each point, the latter as xx, xy, xz, yy, yz, zz: see

@@ -311,8 +311,18 @@ class Walls:
 
     def displaced(self) -> tuple[Array, Array, Ints]:
         """Return arms (K, 3) [m] and volumes (K,) [m3] that make up the moving bodies, and the number (K,) of each one's body."""
-        turn = rotation_matrix([body.orientation for body in self.moving.values()])[self._whole_owner]
+        turn = rotation_matrix(np.reshape([body.orientation for body in self.moving.values()], (-1, 4)))[
+            self._whole_owner
+        ]
         return np.einsum("kij,kj->ki", turn, self._whole[:, :3]), self._whole[:, 3], self._whole_owner
+
+    def lie_within(self, lower: ArrayLike, upper: ArrayLike) -> bool:
+        """Tell whether all that the moving bodies displace is known and lies between two corners (3,) [m]."""
+        if any(self.boundaries[handle].displaced is None for handle in self.moving):
+            return False
+        arm, _, owner = self.displaced()
+        place = arm + np.array([body.position for body in self.moving.values()]).reshape(-1, 3)[owner]
+        return bool((place >= lower).all() and (place <= upper).all())
 
     def receive(self, impulses: Array) -> None:
         """Give impulses (bodies, 6) [N s, N m s] to the moving bodies, and change their twists by M^-1 P."""

@@ -63,6 +63,8 @@ class FluidState:
     confinement: as in the last step (`step.stages.relaxation`).
     steps: number of steps that were made, by which draws of chance go on.
     rest_top [m]: height below which the pressure of water at rest acted by its slope in the last step (`rest_pressure`).
+    rest_potential [m2/s2]: g . x of the uppermost particle of liquid that fills its box under gravity. There pressure_impulse is what
+    differs from liquid at rest, and acts alone (`rest_pressure`); -inf where it is the whole pressure.
     """
 
     position: Real = field(default_factory=_rows)
@@ -80,6 +82,7 @@ class FluidState:
     bordering: int = 0
     confinement: Confinement = Confinement.OPEN
     rest_top: float = -math.inf
+    rest_potential: float = -math.inf
     steps: int = 0
 
     @property
@@ -96,6 +99,11 @@ class FluidState:
     def listed(self) -> int:
         """Number of particles that move or may be within reach of one that does, the first ones."""
         return self.awake + self.bordering
+
+    @property
+    def is_reduced(self) -> bool:
+        """Tell whether pressure_impulse is what differs from liquid at rest."""
+        return self.rest_potential > -math.inf
 
     def append(self, position: NDArray[Any], velocity: NDArray[Any], phase: int) -> None:
         """Add particles at `position` (n, 3) with `velocity` (n, 3), behind those that are awake."""

@@ -146,8 +146,7 @@ def _press_films(
     contacts = arrays.pairs.contacts
     if contacts.particle.size and state.time_step > 0.0:
         with clock.stage("films"):
-            position, kappa = state.position, state.pressure_impulse
-            force = press_films(context, arrays.neighbors, contacts, position, kappa, state.time_step)
+            force = press_films(context, arrays.neighbors, contacts, state)
             _give(context, force if force.any() else None, time_step)
 
 

@@ -22,6 +22,7 @@ from oilsim.core.state import FluidState
 from oilsim.fluid import checks
 from oilsim.fluid.emitter import PipeEmitter
 from oilsim.neighborhood.smoothing_kernels import kernel
+from oilsim.pressure.rest_pressure import whole_impulse
 from oilsim.step.arrays import StepArrays
 from oilsim.step.context import StepContext
 
@@ -90,7 +91,7 @@ class FluidView:
         return Particles(
             position=_read_only(state.position),
             velocity=_read_only(state.velocity),
-            pressure_impulse=_read_only(state.pressure_impulse),
+            pressure_impulse=_read_only(whole_impulse(state, self.config.gravity)),
             phase=_read_only(state.phase),
             id=_read_only(state.id),
             asleep=state.asleep,
@@ -229,11 +230,12 @@ def pressure_at(state: FluidState, context: StepContext, points: Array) -> Array
     """Return the pressure (K,) [Pa] at points (K, 3) [m]: a first-order fit p_0 + b . (x_j - x) weighted by the kernel, 0 in air."""
     result = np.zeros(len(points))
     per_impulse = context.constants.reference_density / state.time_step if state.time_step > 0.0 else 0.0
+    impulse = whole_impulse(state, context.config.gravity)
     for n, point in enumerate(points):
         near, offset, share = _weights(state, context, point)
         if share.sum() < PRESENT:
             continue
-        values = per_impulse * state.pressure_impulse[near].astype(np.float64)
+        values = per_impulse * impulse[near].astype(np.float64)
         basis = np.vstack([np.ones(len(near)), offset / float(context.constants.support)])
         normal = (basis * share) @ basis.T + 1e-6 * share.sum() * np.diag([0.0, 1.0, 1.0, 1.0])
         result[n] = np.linalg.solve(normal, (basis * share) @ values)[0]

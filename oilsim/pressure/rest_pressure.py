@@ -21,6 +21,11 @@ more or less, as much as half of a wave's force. The swings that q would cause a
 order, beside walls and bodies above all. So the share is what the step needs, at most SHARE, and none in short steps. The idea is that of
 well-balanced schemes for shallow water and for the atmosphere (Audusse et al. 2004; Botta et al. 2004), which hold a still state exactly.
 Momentum is kept as far as liquid and bodies fill the volume: pairs are antisymmetric, and the slope acts on both alike.
+
+One liquid that fills its box has no surface that sets a top, and needs none: the whole pressure of liquid at rest acts by its slope, which
+is gravity's kick, and the solve finds the reduced pressure kappa - dt (g . x - g . x_top) alone. Bodies get Archimedes' lift by their
+volume. So the box behaves like a weightless one, and a solve's error of one per cent of the weight is none any more: it would drive a body
+that is a tenth heavier than its liquid by a tenth of what drives it.
 """
 
 from __future__ import annotations
@@ -28,9 +33,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from oilsim.backend.arrays import Real
+from oilsim.core.state import FluidState
 
 # [d] of water whose weight presses a particle at a free surface at most; numerical; half of it presses the uppermost layer, and disorder
 # deep inside, which looks like a surface, is pressed by more
@@ -83,6 +89,21 @@ def top_of_rest(height: Real, surface: NDArray[np.uint8], impulse: Real, spacing
     """
     bare = (surface > 0) & (impulse < np.float32(BARE * spacing * kick))
     return float(height[bare].min()) + RISE * spacing if bare.any() else -np.inf
+
+
+def rest_impulse(position: Real, gravity: ArrayLike, potential: float, time_step: float) -> Real:
+    """Return dt (g . x - potential) (N,) [m2/s], the pressure of liquid at rest times time over density.
+
+    position x (3, N) [m]; gravity g (3,) [m/s2]; potential: g . x at its surface [m2/s2]; time_step dt [s].
+    """
+    return np.float32(time_step) * (np.asarray(gravity, np.float32) @ position - np.float32(potential))
+
+
+def whole_impulse(state: FluidState, gravity: ArrayLike) -> Real:
+    """Return the whole pressure times time over density (N,) [m2/s] of the last step; gravity (3,) [m/s2]."""
+    if not state.is_reduced:
+        return state.pressure_impulse
+    return state.pressure_impulse + rest_impulse(state.position, gravity, state.rest_potential, state.time_step)
 
 
 def needed_share(head: float, rest_head: float, allowed: float) -> float:

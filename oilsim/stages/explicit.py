@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from oilsim.backend.arrays import Array, Real
+from oilsim.backend.jit import ZERO
 from oilsim.boundaries.adhesion import adhesion_acceleration, adhesion_reaction
 from oilsim.boundaries.contact_film import RimLiquid, film_wrenches
 from oilsim.boundaries.contacts import Contacts
+from oilsim.core.state import FluidState
 from oilsim.forcing import Forcing, ForcingView
 from oilsim.step.arrays import Neighbors
 from oilsim.step.context import StepContext
@@ -46,17 +48,19 @@ def add_gravity(velocity: Real, gravity: Sequence[float], time_step: float) -> N
 
 
 def press_films(
-    context: StepContext, neighbors: Neighbors, contacts: Contacts, position: Real, pressure_impulse: Real, last_step: float
+    context: StepContext, neighbors: Neighbors, contacts: Contacts, state: FluidState
 ) -> Array:  # fmt: skip
     """Return the forces (bodies, 6) [N, N m] of the films under bodies that lie on something held (see `contact_film`).
 
-    contacts: particles that touch bodies; position (3, N) [m]; pressure_impulse (N,) [m2/s] of the last step, of `last_step` [s].
+    contacts: particles that touch bodies; state: with the pressure of the last step. Where that is told from liquid at rest, bodies have
+    the weight of films in their lift.
     """
     constants, walls = context.constants, context.walls
-    per_kappa = constants.reference_density / last_step
-    liquid = RimLiquid(position, neighbors.rest_density, pressure_impulse, per_kappa)
+    per_kappa = constants.reference_density / state.time_step
+    liquid = RimLiquid(state.position, neighbors.rest_density, state.pressure_impulse, per_kappa)
+    gravity = (ZERO, ZERO, ZERO) if state.is_reduced else constants.gravity
     return film_wrenches(
-        walls, neighbors.neighborhood, contacts, neighbors.body_pairs, liquid, constants.gravity, constants.moment
+        walls, neighbors.neighborhood, contacts, neighbors.body_pairs, liquid, gravity, constants.moment
     )
 
 

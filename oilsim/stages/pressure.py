@@ -14,10 +14,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from oilsim.backend.arrays import Array, Index, Real
+from oilsim.backend.arrays import Array, Index, Ints, Real
 from oilsim.backend.jit import FAST
 from oilsim.backend.simd import LANES, below, load, store
 from oilsim.boundaries.wall_curvature import add_wall_curvature
+from oilsim.boundaries.walls import Walls
 from oilsim.core.config import swing_head
 from oilsim.core.state import Confinement, FluidState
 from oilsim.density.density_feedback import RETURN, RETURN_IN_A_BOX, FeedbackScales, add_density_feedback
@@ -27,6 +28,7 @@ from oilsim.pressure.pressure_gradient import pressure_velocity, seen_velocity, 
 from oilsim.pressure.rest_pressure import RestLaw, RestPressure, needed_share, top_of_rest
 from oilsim.pressure.rigid_response import RigidResponse, extend_jacobians, sum_reach, turn_freely
 from oilsim.pressure.wall_extrapolation import PRESSED, hold_waterline
+from oilsim.stages.explicit import add_gravity
 from oilsim.stages.pairs import with_neighbors
 from oilsim.step.arrays import Neighbors, NeighborSums, PairArrays
 from oilsim.step.context import StepContext
@@ -49,7 +51,7 @@ def apply_last_pressure(
     operator = PressureOperator(context, neighbors, pairs, state.velocity, filled)
     if not filled:
         context.coarse.lay(state.position[:, : state.awake], neighbors.points, pairs.sums.openness)
-    if pairs.wall_pressure is not None and not context.constants.weightless:
+    if pairs.wall_pressure is not None and not (context.constants.weightless or state.is_reduced):
         context.team.run(
             hold_waterline, state.awake, neighbors.neighborhood.walls, pairs.wall_pressure.waterline, state.pressure_impulse,
             pressed(context, time_step), np.float32(time_step), state.velocity,
@@ -59,7 +61,18 @@ def apply_last_pressure(
     operator.accelerate(state.pressure_impulse[: state.listed], rest)
     if law is not None and pairs.contacts.particle.size:
         context.walls.receive(lift_of_rest(context, law, pairs.contacts.body))
+    if state.is_reduced:
+        bear(context, state, time_step)
     return operator
+
+
+def bear(context: StepContext, state: FluidState, time_step: float) -> None:
+    """Take gravity's kick of `time_step` [s] off liquid that fills its box, and give bodies its lift: the pressure of liquid at rest."""
+    up = [-g for g in context.config.gravity]
+    add_gravity(state.velocity[:, : state.awake], up, time_step)
+    arm, volume, owner = context.walls.displaced()
+    push = context.constants.reference_density * time_step * volume[:, None] * np.array(up)
+    context.walls.receive(wrenches_of(context.walls, arm, owner, push))
 
 
 def lift_of_rest(context: StepContext, law: RestLaw, touching: NDArray[np.integer]) -> Array:
@@ -68,10 +81,16 @@ def lift_of_rest(context: StepContext, law: RestLaw, touching: NDArray[np.intege
     arm, volume, owner = walls.displaced()
     middle = np.array([body.position[2] for body in walls.moving.values()])
     wet = np.isin(owner, touching)
-    push = wet * volume * law.of(arm[:, 2] + middle[owner]).slope * context.constants.reference_density
-    impulse = walls.zero_forces()
-    for axis, share in ((2, push), (3, arm[:, 1] * push), (4, -arm[:, 0] * push)):
-        impulse[:, axis] = np.bincount(owner, share, len(impulse))
+    push = np.zeros(arm.shape)
+    push[:, 2] = wet * volume * law.of(arm[:, 2] + middle[owner]).slope * context.constants.reference_density
+    return wrenches_of(walls, arm, owner, push)
+
+
+def wrenches_of(walls: Walls, arm: Array, owner: Ints, push: Array) -> Array:
+    """Sum impulses `push` (K, 3) [N s] at `arm` (K, 3) [m] from the centres of the bodies `owner` (K,); (bodies, 6) [N s, N m s]."""
+    impulse, parts = walls.zero_forces(), np.hstack([push, np.cross(arm, push)])
+    for axis in range(6):
+        impulse[:, axis] = np.bincount(owner, parts[:, axis], len(impulse))
     return impulse
 
 
@@ -94,7 +113,7 @@ def _rest_law(context: StepContext, surface: NDArray[np.uint8], state: FluidStat
     Only a well-balanced liquid with a free surface has it.
     """
     config = context.config
-    if not config.well_balanced or state.awake == 0:
+    if not config.well_balanced or state.awake == 0 or state.is_reduced:
         return None
     height, moving = state.position[2, : state.listed], slice(0, state.awake)
     kick = -config.gravity[2] * time_step

@@ -33,6 +33,7 @@ from oilsim.gradients.particle_sums import sum_over_neighbors
 from oilsim.gradients.relaxation_time import LIQUID, passing_unit, shear_rate_sums
 from oilsim.neighborhood.neighbor_search import fill_rows, indices
 from oilsim.neighborhood.smoothing_kernels import lattice_diagonal
+from oilsim.pressure.rest_pressure import rest_impulse
 from oilsim.stages.contact import plate_guard
 from oilsim.stages.pairs import place_points, with_neighbors
 from oilsim.step.arrays import Neighbors, NeighborSums
@@ -149,7 +150,8 @@ def sum_neighbors(
     near = with_neighbors(context, neighbors, indices(exposed > 0))
     np.maximum(exposed[:count], near, out=sums.surface[:count])
     state.confinement = confinement(state, int(np.count_nonzero(sums.surface)))
-    if constants.weightless:
+    tell_pressure(context, state)
+    if constants.weightless or state.is_reduced:
         shear = np.zeros((block_count(count), 2))
         run(shear_rate_sums, count, sums.flow, np.float32(context.config.cfl / time_step), shear)
         unit = passing_unit(total(shear[:, 0]), total(shear[:, 1]))
@@ -167,6 +169,21 @@ def confinement(state: FluidState, near: int) -> Confinement:
         return Confinement.FILLED
     did_fill = state.confinement != Confinement.OPEN
     return Confinement.PARTED if did_fill and near <= VOIDS * state.awake else Confinement.OPEN
+
+
+def tell_pressure(context: StepContext, state: FluidState) -> None:
+    """Tell the pressure of liquid that fills its box from that at rest, and of any other as a whole (`rest_pressure`)."""
+    gravity, spacing = context.constants.gravity, context.config.particle_spacing
+    reduced = context.constants.reducible and state.confinement == Confinement.FILLED
+    if reduced:  # a body that stands out of the box is not lifted by all that it displaces
+        low, high = state.position.min(axis=1) - spacing, state.position.max(axis=1) + spacing
+        reduced = context.walls.lie_within(low, high)
+    if reduced == state.is_reduced:
+        return
+    potential = float((np.array(gravity) @ state.position).min()) if reduced else state.rest_potential
+    rest = rest_impulse(state.position, gravity, potential, state.time_step)
+    state.pressure_impulse += -rest if reduced else rest
+    state.rest_potential = potential if reduced else -math.inf
 
 
 def mean_compression(sums: NeighborSums, state: FluidState) -> float:

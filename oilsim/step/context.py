@@ -89,6 +89,7 @@ class StepConstants:
     plane                      two dimensions: y is absent
     moment                     m_0, moment of a lattice [1]
     gravity                    (3,) [m/s2]; weightless: it is 0
+    reducible                  one liquid under gravity that walls bear: if it fills its box, its pressure is told from that at rest
     corrected                  pair vectors are corrected, walls take extrapolated pressures: our scheme, not the paper's
     wall_weight                w of `pressure_gradient` [1]
     shift_balance              a of `particle_shifting` [1]
@@ -120,6 +121,8 @@ class StepConstants:
         self.gravity = tuple(np.float32(g) for g in config.gravity)
         self.weightless = not any(config.gravity)
         self.corrected = config.scheme == "split"
+        falls = any(g != 0.0 and endless for g, endless in zip(config.gravity, config.periodic, strict=True))
+        self.reducible = self.corrected and len(config.phases) == 1 and not (self.weightless or falls)
         self.wall_weight = np.float32(2.0 if self.corrected else 1.0)
         self.shift_balance = np.float32(shift_balance(dimension))
         self.surface_table = surface_table(d, dimension)

@@ -116,6 +116,8 @@ def disc(radius: float, spacing: float) -> BoundaryParticles:
         volumes.append(np.full(count, share))
         areas.append(np.full(count, 2.0 * math.pi * radius / count if layer == 0 else 0.0))
     position, area = np.concatenate(points), np.concatenate(areas)
+    core = math.pi * max(0.0, radius - 2 * spacing) ** 2
+    whole = np.vstack([np.column_stack([position, np.concatenate(volumes)]), [0.0, 0.0, 0.0, core]])
     return BoundaryParticles(
         name="disc",
         position=position,
@@ -123,4 +125,5 @@ def disc(radius: float, spacing: float) -> BoundaryParticles:
         area=area,
         curvature=surface_shape(position, area, spacing, dimension=2),
         turns=np.array([[0.0, 0.0, 0.0, 0.0, 1.0, 0.0]]),
+        displaced=whole,
     )
