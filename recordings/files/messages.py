@@ -54,7 +54,8 @@ class Damage:
         broken: number of messages that cannot be decoded, or whose checksum is wrong.
         sound: number of all other messages, without the closing one.
         cut: number of bytes, at the end of the file, of a message that is not complete.
-        is_ended: true if the file was closed in order.
+        has_end: true if the file has the closing message, with its footer.
+        is_ended: true if the file was closed in order: it has that message, or checksums.
         chunks: the sound chunks of the run, in the file's order.
     """
 
@@ -62,12 +63,13 @@ class Damage:
     broken: int
     sound: int
     cut: int
+    has_end: bool
     is_ended: bool
     chunks: tuple[ChunkPlace, ...] = ()
 
     @property
     def keeps_from_reading(self) -> bool:
-        """True if Rerun gives up before the file's end. Rerun reads a file that only lacks the closing message, if slowly."""
+        """True if Rerun gives up before the file's end. Rerun reads a file that only lacks the closing message, if as a whole."""
         return bool(self.lost_bytes or self.broken or self.cut)
 
     def __str__(self) -> str:
@@ -81,7 +83,7 @@ class Damage:
 def damage(path: Path, copy: BinaryIO | None = None) -> Damage:
     """Find the damage of a file; its sound messages go into ``copy``, if given, without checksums and without an end."""
     lost_bytes = tail = broken = sound = 0
-    is_ended, chunks = False, list[ChunkPlace]()
+    has_end, chunks = False, list[ChunkPlace]()
     with path.open("rb") as file:
         size = path.stat().st_size
         head = file.read(HEAD_BYTES)
@@ -90,7 +92,7 @@ def damage(path: Path, copy: BinaryIO | None = None) -> Damage:
         if copy is not None:
             copy.write(head if head.startswith(HEAD) else _head_of_this_version())
         known, place_of_sums = _known_sums(file, size)
-        for start, end, kind in _frames(file, size):
+        for start, end, kind in frames(file, size):
             lost_bytes, tail = lost_bytes + tail, 0
             if kind is None:
                 tail = end - start  # at the file's end this is the message in which it was cut off
@@ -101,14 +103,15 @@ def damage(path: Path, copy: BinaryIO | None = None) -> Damage:
             if place is None:
                 broken += 1
             elif kind == END:
-                is_ended = True  # what follows only says where the end is
+                has_end = True  # what follows only says where the end is
             else:
                 sound += 1
                 if place.entity_path:
                     chunks.append(place)
                 if copy is not None and start != place_of_sums:
                     copy.write(message)
-    return Damage(lost_bytes, broken, sound, tail, is_ended, tuple(chunks))
+    is_ended = has_end or (known is not None and not tail)
+    return Damage(lost_bytes, broken, sound, tail, has_end, is_ended, tuple(chunks))
 
 
 def read_chunk(file: BinaryIO, place: ChunkPlace) -> pa.RecordBatch:
@@ -121,13 +124,23 @@ def checksums(path: Path) -> npt.NDArray[np.uint32]:
     """Compute the checksum (CRC-32) of each chunk that the file holds so far (n,)."""
     size = path.stat().st_size
     with path.open("rb") as file:
-        sums = [zlib.crc32(_read(file, start, end)) for start, end, kind in _frames(file, size) if kind == CHUNK]
+        sums = [zlib.crc32(_read(file, start, end)) for start, end, kind in frames(file, size) if kind == CHUNK]
     return np.array(sums, dtype=np.uint32)
+
+
+def insert_before_end(path: Path, messages: bytes) -> None:
+    """Put messages before the closing one, behind which a file says last where that is."""
+    with path.open("r+b") as file:
+        *_, (place, end, _) = frames(file, path.stat().st_size)
+        closing, last = _read(file, place, end), file.read()
+        moved = int.from_bytes(last[:8], "little") + len(messages)
+        file.seek(place)
+        file.write(messages + closing + moved.to_bytes(8, "little") + last[8:])
 
 
 def _known_sums(file: BinaryIO, size: int) -> tuple[frozenset[int] | None, int]:
     """Read the checksums that a file holds, and where the message with them begins; None if it holds none."""
-    chunks = [(start, end) for start, end, kind in _frames(file, size) if kind == CHUNK]
+    chunks = [(start, end) for start, end, kind in frames(file, size) if kind == CHUNK]
     for start, end in reversed(chunks[-_LAST:]):
         try:
             (batch,) = _batches(dict(_fields(_read(file, start, end)[_FRAME.size :])))
@@ -143,8 +156,8 @@ def _read(file: BinaryIO, start: int, end: int) -> bytes:
     return file.read(end - start)
 
 
-def _frames(file: BinaryIO, size: int) -> Iterator[tuple[int, int, int | None]]:
-    """Where messages begin and end, with their kinds; stretches that are no message have None."""
+def frames(file: BinaryIO, size: int) -> Iterator[tuple[int, int, int | None]]:
+    """Yield where messages of ``size`` bytes begin and end, and their kinds, up to the closing one; what is no message has None."""
     place = HEAD_BYTES
     while place < size:
         file.seek(place)

@@ -21,7 +21,8 @@ from recordings.model.words import cause_in_words
 from recordings.replay.recording import Replay
 from recordings.replay.series import WORST, reached
 from recordings.sink.plots import plots_with_series
-from recordings.sink.rerun_sink import flush, open_stream
+from recordings.sink.rerun_sink import open_stream
+from recordings.sink.stream_file import StreamFile
 
 SIDES = ("A", "B")
 _BACKGROUND = (224, 233, 240)
@@ -174,18 +175,17 @@ def write_side_by_side(first: Replay, second: Replay, target: Path) -> None:
     Raises RecordingError if the target cannot be written.
     """
     stream = open_stream(str(uuid.uuid4()))
-    try:
-        stream.save(target)
-    except RuntimeError as error:
-        raise RecordingError(target, f"cannot be written: {error}") from error
+    file = StreamFile(stream, target)
     stream.send_recording_name(f"{first.path.stem} (A) and {second.path.stem} (B)")
     replays = [first, second]
     for side, replay in zip(SIDES, replays, strict=True):
-        stream.send_chunks(_moved(replay, side))
+        for chunk in _moved(replay, side):
+            stream.send_chunks(chunk)
+            file.write()
         for name in replay.scalars:
             stream.log(f"{side}/{entity_paths.scalar(name)}", appearance.line(name, side), static=True, strict=True)
     stream.send_blueprint(_blueprint(replays))
-    flush(stream, target)
+    file.close()
     stream.disconnect()
 
 

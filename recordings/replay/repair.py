@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import tempfile
 import warnings
 from pathlib import Path
@@ -12,9 +11,7 @@ from rerun.chunk import RrdReader
 
 from recordings.files.messages import Damage, damage
 from recordings.files.writing import RecordingError, absence, is_same_file
-from recordings.sink.viewer import viewer_environment, viewer_executable
-
-_REPAIR_SECONDS = 600.0
+from recordings.sink.stream_file import put_in_order
 
 
 def open_reader(path: Path) -> RrdReader:
@@ -54,7 +51,7 @@ def has_footer(path: Path) -> bool:
 def is_whole(path: Path) -> bool:
     """Tell whether the file can be read to its end."""
     found = damage_of(path)
-    return not found.keeps_from_reading and (has_footer(path) or not found.is_ended)
+    return not found.keeps_from_reading and (has_footer(path) or not found.has_end)
 
 
 def repaired_path(path: Path) -> Path:
@@ -87,23 +84,11 @@ def repair(path: str | Path, target: str | Path | None = None) -> Path:
             sound = Path(folder) / "sound.rrd"
             with sound.open("wb") as file:
                 damage(source, file)
-            _optimize(source, sound, unfinished)
+            put_in_order(sound, unfinished)
         unfinished.replace(copy)
-    except OSError as error:
-        raise RecordingError(source, f"cannot be repaired: {error.strerror or error}") from error
+    except (OSError, RecordingError) as error:
+        why = error.reason if isinstance(error, RecordingError) else str(error.strerror or error)
+        raise RecordingError(source, f"cannot be repaired: {why}") from error
     finally:
         unfinished.unlink(missing_ok=True)
     return copy
-
-
-def _optimize(source: Path, sound: Path, target: Path) -> None:
-    """Let Rerun write the sound messages of ``source`` in order, with a footer."""
-    command = [viewer_executable(), "rrd", "optimize", str(sound), "-o", str(target)]
-    try:
-        done = subprocess.run(
-            command, env=viewer_environment(), capture_output=True, text=True, timeout=_REPAIR_SECONDS, check=False
-        )
-    except subprocess.TimeoutExpired as error:
-        raise RecordingError(source, f"cannot be repaired within {_REPAIR_SECONDS:g} s") from error
-    if done.returncode != 0 or not target.is_file():
-        raise RecordingError(source, f"cannot be repaired: {done.stderr.strip()[-300:]}")

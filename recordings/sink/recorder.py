@@ -143,7 +143,7 @@ class Recorder:
             self._live.tell(event, self._last_index)
 
     def terminated(self, reason: str) -> None:
-        """Write the remaining frames and the footer; a second call does nothing."""
+        """Write the remaining frames and close the file; a second call does nothing."""
         if self._file is None or self._file.closed:
             return
         self._file.set_end(reason)

@@ -2,45 +2,34 @@
 
 It respects five habits of Rerun 0.41. Rerun keeps references to the arrays it gets, so samples are never written to again. Its batcher
 holds small series back until the end, so columns are sent block by block. A stream to both a file and a viewer stalls with the viewer,
-so a viewer gets its own stream (`live`). A file without a footer loads slowly, and a file that was cut off does not load, so files are
-closed properly where possible (`replay` repairs the others). A partial update keeps static colours and radii, so a frame holds
-positions only.
+so a viewer gets its own stream (`live`). A file in Rerun's hands keeps a part of each chunk in memory, so files are written here
+(`stream_file`). A partial update keeps static colours and radii, so a frame holds positions only.
 """
 
 from __future__ import annotations
 
-import atexit
-import ctypes
 import json
-import shutil
-import time
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 import rerun as rr
 
-from recordings.files.messages import SUMS, checksums
-from recordings.files.writing import RecordingError
 from recordings.model import appearance, entity_paths, palette
 from recordings.model.appearance import legend
 from recordings.model.exercise import to_json, windows_to_json
 from recordings.model.frame import NO_PARTICLES, Event, PhaseFrame, RunDescription
 from recordings.model.sample import Block, Sample, id_ranges
 from recordings.sink.blueprint import Layout, run_blueprint
+from recordings.sink.stream_file import StreamFile
 from recordings.sink.writers import BodyWriter, BoomNames, EquipmentWriter, SurfaceWriter
 
 APPLICATION = "oilsim"
 FORMAT_VERSION = 3
-RESERVED_BYTES = 32 << 20  # disk space kept free for the footer, the log and other programs
-_FLUSH_SECONDS = 60.0
-_ANSWER_SECONDS = 1.0
-_TIMED_OUT = "timed out"  # part of Rerun's error message
 _LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
 
 
@@ -111,10 +100,6 @@ class RerunWriter:
     def write_end(self, reason: str) -> None:
         """Write why the run ended."""
         self._stream.send_property("end", rr.AnyValues(reason=reason))
-
-    def write_checksums(self, sums: npt.NDArray[np.uint32]) -> None:
-        """Write the checksums (CRC-32, (N,)) of all chunks that the file holds; a reader takes later chunks for broken ones."""
-        self._stream.send_property("checksums", rr.AnyValues(**{SUMS: sums}))
 
     def _lay_out(self, scalars: set[str], sample: Sample) -> None:
         """Send the viewer its layout as soon as the series are known."""
@@ -226,24 +211,22 @@ class RerunWriter:
 
 
 class RerunFile:
-    """A recording on disk, written block by block and closed with a footer; RecordingError if it cannot be written."""
+    """A recording on disk, written block by block; RecordingError if it cannot be written."""
 
     def __init__(self, path: Path, run: RunDescription, terms: Mapping[str, float]) -> None:
-        """Create the file with everything that does not change; RecordingError if it cannot be written."""
-        self.path = path
+        """Create the file with everything that does not change."""
         self.recording_id = str(uuid.uuid4())
-        self.closed = False
         self._block = Block()
         self._stream = open_stream(self.recording_id)
-        try:
-            self._stream.save(path)
-        except RuntimeError as error:
-            raise RecordingError(path, f"cannot be written: {error}") from error
+        self._file = StreamFile(self._stream, path)
         self._writer = RerunWriter(self._stream)
         self._writer.write_run(run, terms)
-        self._flush()
-        there = path.stat()
-        self._identity = there.st_dev, there.st_ino
+        self._file.write()
+
+    @property
+    def closed(self) -> bool:
+        """True if nothing can be written any more."""
+        return self._file.closed
 
     def add(self, sample: Sample) -> None:
         """Add one sample; it reaches the disk with its block."""
@@ -256,98 +239,27 @@ class RerunFile:
             self.write()
 
     def write(self) -> None:
-        """Send the waiting samples to Rerun and check that they reached the disk."""
+        """Write the waiting samples to the disk."""
         if self._block.samples:
-            self._require_space(self._block.byte_count)
+            self._file.require(self._block.byte_count)
             self._writer.write_samples(self._block.take())
-            self._flush()
+            self._file.write()
 
     def add_event(self, event: Event, frame_index: int) -> None:
         """Write one line of the log at once, because it is often the last one."""
         self._writer.write_event(event, frame_index)
+        self._file.write()
 
     def set_end(self, reason: str) -> None:
         """Write into the file's properties why the run ended."""
         self._writer.write_end(reason)
 
     def close(self) -> None:
-        """Write the waiting samples and the footer; a second call does nothing."""
-        if self.closed:
-            return
-        self.closed = True
-        self.write()
-        self._flush()
-        self._require_file()
-        self._writer.write_checksums(checksums(self.path))
-        self._flush()
-        self._stream.disconnect()
-        self._require_file()
-
-    def _require_file(self) -> None:
-        """RecordingError unless what is written still is the file that has the name: Rerun goes on writing to one without."""
-        try:
-            there = self.path.stat()
-        except OSError as error:
-            self._lose(f"is no longer there: {error.strerror or error}")
-        if (there.st_dev, there.st_ino) != self._identity:
-            self._lose("was replaced by another file while it was written")
-
-    def _lose(self, why: str) -> NoReturn:
-        """Give up a file that nobody will find."""
-        self.closed = True
-        self._block.take()
-        self._stream.disconnect()
-        raise RecordingError(self.path, why)
-
-    def _require_space(self, wanted: int) -> None:
-        """Stop the recording while there is still room for a footer."""
-        self._require_file()
-        free = shutil.disk_usage(self.path.parent).free
-        if free < wanted + RESERVED_BYTES:
-            self.closed = True
-            self._block.take()
+        """Write the waiting samples and close the file; a second call does nothing."""
+        if not self.closed:
+            self.write()
+            self._file.close()
             self._stream.disconnect()
-            raise RecordingError(
-                self.path, f"the disk is full ({free >> 20} MiB left); the frames written so far can be replayed"
-            )
-
-    def _flush(self) -> None:
-        """Wait until everything is on disk; after a failure the file is not written to again."""
-        try:
-            flush(self._stream, self.path)
-        except RecordingError:
-            self.closed = True
-            self._block.take()
-            raise
-
-
-def flush(stream: rr.RecordingStream, path: Path) -> None:
-    """Wait until the whole stream is in its file; RecordingError, once, if Rerun's writer has died.
-
-    Rerun never answers a flush that meets its writer at the moment of its death. Therefore the waits are short, and after each of them
-    the disk is asked.
-    """
-    deadline = time.monotonic() + _FLUSH_SECONDS
-    while True:
-        try:
-            stream.flush(timeout_sec=_ANSWER_SECONDS)
-            return
-        except RuntimeError as error:
-            refusal = _refusal(path)
-            if refusal is None and _TIMED_OUT in str(error) and time.monotonic() < deadline:
-                continue  # a slow disk
-            _abandon(stream)
-            raise RecordingError(path, f"cannot be written any more: {refusal or error}") from error
-
-
-def _abandon(stream: rr.RecordingStream) -> None:
-    """Leave a stream alone whose writer is dead: it may never answer a call, and the program could not end.
-
-    Such calls are Rerun's flush of all streams at the end of the program, and the disconnect when the stream is collected; an additional
-    reference prevents the latter.
-    """
-    atexit.unregister(rr.rerun_shutdown)
-    ctypes.pythonapi.Py_IncRef(ctypes.py_object(stream))
 
 
 def open_stream(recording_id: str) -> rr.RecordingStream:
@@ -364,19 +276,6 @@ def connect_stream(address: str, recording_id: str) -> rr.RecordingStream:
     stream = open_stream(recording_id)
     stream.connect_grpc(address)
     return stream
-
-
-def _refusal(path: Path) -> str | None:
-    """Return the reason why a file cannot be written, which Rerun does not pass on; None if it can be written.
-
-    This writes a byte behind the file's end. A living writer overwrites it, because it continues where it was, not at the end.
-    """
-    try:
-        with path.open("ab") as file:
-            file.write(b"\0")
-    except OSError as refused:
-        return refused.strerror or str(refused)
-    return None
 
 
 def _names(mappings: Iterable[Mapping[str, object]]) -> list[str]:

@@ -161,14 +161,14 @@ def register_repair(commands: argparse._SubParsersAction) -> None:
 def _repair(options: argparse.Namespace) -> int:
     from recordings.files.writing import RecordingError, absence
     from recordings.replay.recording import Replay
-    from recordings.replay.repair import damage_of, has_footer, repair
+    from recordings.replay.repair import damage_of, is_whole, repair
 
     source: Path = options.recording
     why = absence(source)
     if why:
         raise RecordingError(source, why)
     found = damage_of(source)
-    if not found.keeps_from_reading and has_footer(source):
+    if found.is_ended and is_whole(source):
         Replay(source)  # it may be whole and no run
         print(f"{source} is complete; there is nothing to repair")
         return DONE

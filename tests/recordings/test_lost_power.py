@@ -73,7 +73,7 @@ def test_killed_run_loses_at_most_the_last_second(tmp_path: Path, made_up: Modul
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_terminated_run_has_a_footer_and_every_frame(tmp_path: Path, made_up: ModuleType, number: int) -> None:
+def test_terminated_run_is_ended_and_has_every_frame(tmp_path: Path, made_up: ModuleType, number: int) -> None:
     path = tmp_path / "terminated.rrd"
     program = _start(path, pause=0.02)
     reported = _read_for(program, 0.5)
@@ -83,6 +83,7 @@ def test_terminated_run_has_a_footer_and_every_frame(tmp_path: Path, made_up: Mo
     _assert_whole_frames(path, made_up, 20_000, len(reported))
     replay = Replay(path)
     assert replay.repaired_from is None
+    assert repair.damage_of(path).is_ended
     assert replay.end_reason.startswith("SystemExit" if number == signal.SIGTERM else "KeyboardInterrupt")
 
 
@@ -97,7 +98,7 @@ def test_full_disk_is_one_clear_error_and_leaves_a_readable_file(tmp_path: Path,
 
 def test_cut_file_is_repaired_and_says_so(record: Callable[..., Path], made_up: ModuleType) -> None:
     path = record(35)
-    os.truncate(path, int(0.8 * path.stat().st_size))
+    os.truncate(path, int(0.9 * path.stat().st_size))
     with pytest.raises(RecordingError, match="cannot be read"):
         Replay(path, mend=False)
     replay = Replay(path)

@@ -16,7 +16,7 @@ from coupling.master.errors import CoSimulationError
 from coupling.participants.fluid import FluidParticipant
 from recordings.model.frame import Frame
 from recordings.replay.recording import Replay
-from recordings.replay.repair import has_footer
+from recordings.replay.repair import damage_of
 from scenarios.bench.scenario_run import ScenarioRun
 from scenarios.running.assembly import Assembly, build
 from scenarios.running.run import RunOptions, recording_grid, run_scenario, thinning
@@ -252,7 +252,7 @@ def test_signal_ends_a_run_in_order(number: signal.Signals, code: int, tmp_path:
     assert result["ended"] == f"stopped by signal {int(number)}"
     assert 0.0 < result["simulated_s"] < 1000.0
     assert Replay(record).end_reason == result["ended"]
-    assert has_footer(record)
+    assert damage_of(record).is_ended
 
 
 @pytest.mark.slow
