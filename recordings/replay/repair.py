@@ -13,6 +13,8 @@ from recordings.files.messages import Damage, damage
 from recordings.files.writing import RecordingError, absence, is_same_file
 from recordings.sink.stream_file import put_in_order
 
+_REPAIR_SECONDS = 600.0
+
 
 def open_reader(path: Path) -> RrdReader:
     """Open a file that is complete, with or without a footer; RecordingError for a file that was cut off."""
@@ -84,7 +86,7 @@ def repair(path: str | Path, target: str | Path | None = None) -> Path:
             sound = Path(folder) / "sound.rrd"
             with sound.open("wb") as file:
                 damage(source, file)
-            put_in_order(sound, unfinished)
+            put_in_order(sound, unfinished, _REPAIR_SECONDS)
         unfinished.replace(copy)
     except (OSError, RecordingError) as error:
         why = error.reason if isinstance(error, RecordingError) else str(error.strerror or error)

@@ -23,7 +23,7 @@ from recordings.sink.viewer import ViewerError, viewer_environment, viewer_execu
 RESERVED_BYTES = 32 << 20  # disk space kept free for the log and other programs
 ORDERED_MESSAGES = 1000  # of a recording that is worth the half second of putting it in order
 ORDERED_SHARE = 0.25  # of the memory, that a file may have which is put in order; that takes 1.4 times its size
-ORDERING_SECONDS = 600.0
+ORDERING_SECONDS = 90.0  # [s] that the end of a run may wait for it; 2.5 GB take 64 s of processor time
 
 
 class StreamFile:
@@ -90,7 +90,7 @@ class StreamFile:
             return False
         ordered = path.with_name(f".{os.getpid()}-{path.name}")
         try:
-            put_in_order(path, ordered)
+            put_in_order(path, ordered, ORDERING_SECONDS)
             self._send_checksums(ordered)
             insert_before_end(ordered, b"".join(_messages(self._bytes.read() or b"")))
             shutil.copymode(path, ordered)
@@ -106,17 +106,17 @@ class StreamFile:
         self._stream.send_property("checksums", rr.AnyValues(**{SUMS: checksums(path)}))
 
 
-def put_in_order(source: Path, target: Path) -> None:
-    """Let Rerun write the messages of ``source`` in few chunks, with a footer; RecordingError if it cannot."""
+def put_in_order(source: Path, target: Path, patience: float) -> None:
+    """Let Rerun write the messages of ``source`` in few chunks, with a footer; RecordingError if it cannot within `patience` [s]."""
     try:
         # otherwise large components are put into chunks of their own, and a mesh would be parted from the names of its bodies
         together = ["--split-size-ratio", "1e12"]
         command = [viewer_executable(), "rrd", "optimize", str(source), "-o", str(target), *together]
         done = subprocess.run(
-            command, env=viewer_environment(), capture_output=True, text=True, timeout=ORDERING_SECONDS, check=False
+            command, env=viewer_environment(), capture_output=True, text=True, timeout=patience, check=False
         )
     except subprocess.TimeoutExpired as error:
-        raise RecordingError(source, f"cannot be put in order within {ORDERING_SECONDS:g} s") from error
+        raise RecordingError(source, f"cannot be put in order within {patience:g} s") from error
     except ViewerError as error:
         raise RecordingError(source, f"cannot be put in order: {error}") from error
     if done.returncode != 0 or not target.is_file():
