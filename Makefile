@@ -81,4 +81,7 @@ $(READY): pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --upgrade pip
 	$(BIN)/pip install --quiet --editable '.[dev]'
+	@echo 'compiling kernels, for a minute or two, so that the first exercise begins at once'
+	$(BIN)/oilsim run sweep-200m --until 1 --no-record
+	$(BIN)/oilsim run sweep-200m --fidelity live --until 5 --no-record
 	@touch $@
