@@ -100,7 +100,8 @@ def dam_front(resolution: int, bench: Bench) -> Outcome:
 # pressure
 LOBOVSKY_DEPTH, LOBOVSKY_COLUMN, LOBOVSKY_TANK = 0.3, 0.6, 1.61  # m
 SENSORS = {"3 mm": (0.003, "p1"), "30 mm": (0.030, "p3"), "80 mm": (0.080, "p4")}
-# plane SPH of three kinds at H/400 (TrixiParticles.jl; De Courcy and others 2024, CMAME 420:116700), impulses over the measured ones
+# plane SPH of three kinds at H/400: columns of its tables, and its impulses over the measured ones
+PEERS = ("TrixiParticles.jl, EDAC", "TrixiParticles.jl, WCSPH", "De Courcy et al. 2024")
 ARRIVAL, ARRIVAL_SPREAD = 2.38, 0.05  # t sqrt(g / H)
 PLANE = {"3 mm": (1.40, 0.10), "30 mm": (1.15, 0.05), "80 mm": (0.72, 0.06)}
 IMPACT = 2.2  # t sqrt(g / H) from which impulses count
@@ -167,6 +168,8 @@ def dam_pressure(resolution: int, bench: Bench) -> Outcome:
         values[f"impulse / measured, {name}"] = share
         traces.append(trace(name, history[0], history[1 + index]))
         traces.append(trace(name, time, measured, "Lobovsky et al.", reference=True, markers=True))
+        time, *pressures = read_table(f"dam_break_plane_sph_{file}.csv")
+        traces += [trace(name, time, *one, reference=True) for one in zip(pressures, PEERS, strict=True)]
     measured_plate = plate_measurement()
     values[PLATE_NAME] = impulse(history[0], history[-1], IMPACT) / impulse(*measured_plate, IMPACT)
     traces.append(trace("plate", history[0], history[-1]))

@@ -219,7 +219,7 @@ def _draw_trace(axes: Axes, each: Trace, color: str, style: str, label: str, wid
 
 
 def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
-    """Every level's curves in blues, dark is fine; theory and experiment in black and orange."""
+    """Every level's curves in blues, dark is fine; theory in black, experiments and several others' curves in colours."""
     chosen = [traces_of(level, panel.name) for level in result.levels]
     kinds = list(dict.fromkeys(each.label for level in chosen for each in level if not each.reference))
     used: set[str] = set()
@@ -233,9 +233,11 @@ def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
             style = STYLES[kinds.index(each.label) % len(STYLES)]
             _draw_trace(axes, each, COLORS[first + index], style, label, 1.4)
     named: set[str] = set()
-    markers = ("#d94801", "#238b45", "#6a51a3")
-    for each in (each for each in (chosen[-1] if chosen else []) if each.reference):
-        color = markers[len(named) % 3] if each.markers else "black"
+    markers = ("#d94801", "#238b45", "#6a51a3", "black")
+    references = [each for each in (chosen[-1] if chosen else []) if each.reference]
+    lone = len({each.label for each in references if not each.markers}) == 1
+    for each in references:
+        color = "black" if lone and not each.markers else markers[len(named) % 4]
         _draw_trace(axes, each, color, "--", "_nolegend_" if each.label in named else each.label, 1.2)
         named.add(each.label)
     if panel.band:
