@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -67,6 +68,8 @@ def exercise(name: str, fidelity: str) -> Figures:
     """Yield the median and the 95 % of an exercise's steps, over real time."""
     text = library_paths()[name].read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
+        for file in library_paths()[name].parent.glob(f"{name}.*"):  # its chart, too
+            shutil.copy(file, folder)
         options = ("--fidelity", fidelity, "--set", f"run.duration={SECONDS:g}")
         with console(Path(folder), text, *options) as served, served.page("instructor") as page:
             page.give("pace", value=None)
