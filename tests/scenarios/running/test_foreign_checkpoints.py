@@ -214,6 +214,7 @@ def test_a_number_that_is_none_is_refused(resume: Resume) -> None:
         numbers = [
             (holder, key) for holder, key in places(structure["state"])
             if isinstance(holder, dict) and isinstance(holder[key], dict) and "__float__" in holder[key]
+            and key != "first"  # a boom's first loss, which no run begins with
         ]  # fmt: skip
         holder, key = chance.choice(numbers)
         holder[key] = None

@@ -336,15 +336,15 @@ def test_dates_count_from_the_start_of_the_run(tmp_path):
     ("tables", "told"),
     [
         (
-            "[sea.tide]\nrange = 6.0\nperiod = 600.0\n",
+            "[sea.tide]\nturns = [[0, 6], [300, 0], [600, 6]]\n",
             "sea.tide falls by 6 m within the run, allowed: less than the depth, 5 m",
         ),
         (
-            "[sea.tide]\nrange = 4.0\nperiod = 600.0\n[sea.waves]\nheight = 1.0\nperiod = 4.0\n",
+            "[sea.tide]\nturns = [[0, 4], [300, 0], [600, 4]]\n[sea.waves]\nheight = 1.0\nperiod = 4.0\n",
             "sea.waves at low water, height is 1 m, allowed: below 0.",
         ),
         (
-            "[sea.tide]\nrange = 4.0\nperiod = 600.0\n[sea.current]\nspeed = 3.2\n",
+            "[sea.tide]\nturns = [[0, 4], [300, 0], [600, 4]]\n[sea.current]\nspeed = 3.2\n",
             "sea.current reaches 3.2 m/s, allowed: below 3.132 m/s, the speed of long waves in water of 1 m",
         ),
         (
@@ -364,7 +364,7 @@ def test_the_settings_of_a_sea_are_checked_together(tmp_path, tables, told):
 
 def test_a_tide_counts_as_far_as_the_run_goes(tmp_path):
     """A spring tide of 10 m in water of 3 m, of which a run of ten minutes sees 0.4 m."""
-    text = BASIC.partition("[tank]")[0] + "[sea]\ndepth = 3.0\n[sea.tide]\nrange = 10.0\nhigh_water = -11178.0\n"
+    text = BASIC.partition("[tank]")[0] + "[sea]\ndepth = 3.0\n[sea.tide]\nturns = [[-11178, 10], [11178, 0]]\n"
     (tmp_path / "bay.toml").write_text(text)
     assert lay_out(resolve(load_scenario(tmp_path / "bay.toml").scenario)).sea.rise(600.0) == pytest.approx(
         -0.42, abs=0.01
