@@ -181,9 +181,8 @@ def _sampled(task: _Task) -> SurfaceSampling:
     area = np.concatenate([_areas(mesh, solid, outer, spacing), np.zeros(len(inner))])
     excess = _excess(solid, swollen, shells, spacing)
     displaced = np.concatenate([np.column_stack([position, volume]), _core(solid, spacing)])
-    if (
-        task.within is None
-    ):  # lattices are half a per cent off, by which a body that is hardly heavier than water sinks too slowly
+    if task.within is None:
+        # places on a lattice are up to half a per cent too many, by which a body a tenth heavier than water sinks too slowly
         displaced[:, 3] *= (mesh.volume + excess) / displaced[:, 3].sum()
     return SurfaceSampling(
         position=position,

@@ -63,8 +63,8 @@ class FluidState:
     confinement: as in the last step (`step.stages.relaxation`).
     steps: number of steps that were made, by which draws of chance go on.
     rest_top [m]: height below which the pressure of water at rest acted by its slope in the last step (`rest_pressure`).
-    rest_potential [m2/s2]: g . x of the uppermost particle of liquid that fills its box under gravity. There pressure_impulse is what
-    differs from liquid at rest, and acts alone (`rest_pressure`); -inf where it is the whole pressure.
+    rest_potential [m2/s2]: g . x of the uppermost particle, where pressure_impulse is the reduced pressure, without that of liquid at rest
+    (see `rest_pressure`); -inf where it is the whole pressure.
     """
 
     position: Real = field(default_factory=_rows)
@@ -102,7 +102,7 @@ class FluidState:
 
     @property
     def is_reduced(self) -> bool:
-        """Tell whether pressure_impulse is what differs from liquid at rest."""
+        """Tell whether pressure_impulse is the reduced pressure."""
         return self.rest_potential > -math.inf
 
     def append(self, position: NDArray[Any], velocity: NDArray[Any], phase: int) -> None:

@@ -22,10 +22,10 @@ order, beside walls and bodies above all. So the share is what the step needs, a
 well-balanced schemes for shallow water and for the atmosphere (Audusse et al. 2004; Botta et al. 2004), which hold a still state exactly.
 Momentum is kept as far as liquid and bodies fill the volume: pairs are antisymmetric, and the slope acts on both alike.
 
-One liquid that fills its box has no surface that sets a top, and needs none: the whole pressure of liquid at rest acts by its slope, which
-is gravity's kick, and the solve finds the reduced pressure kappa - dt (g . x - g . x_top) alone. Bodies get Archimedes' lift by their
-volume. So the box behaves like a weightless one, and a solve's error of one per cent of the weight is none any more: it would drive a body
-that is a tenth heavier than its liquid by a tenth of what drives it.
+One liquid that fills its box has no surface that sets a top, and needs none. There the whole pressure at rest acts by its slope, which
+takes off gravity's kick. The solve finds the reduced pressure kappa - dt (g . x - g . x_top), and bodies get Archimedes' lift by their
+volume. So the liquid moves as without weight. With the whole pressure, an error of one per cent would be a tenth of the force that sinks a
+body a tenth heavier than its liquid.
 """
 
 from __future__ import annotations

@@ -52,8 +52,8 @@ def press_films(
 ) -> Array:  # fmt: skip
     """Return the forces (bodies, 6) [N, N m] of the films under bodies that lie on something held (see `contact_film`).
 
-    contacts: particles that touch bodies; state: with the pressure of the last step. Where that is told from liquid at rest, bodies have
-    the weight of films in their lift.
+    contacts: particles that touch bodies; state: with the pressure of the last step. Where that is the reduced pressure, the pressure at
+    rest lifts bodies as wholes, films included.
     """
     constants, walls = context.constants, context.walls
     per_kappa = constants.reference_density / state.time_step

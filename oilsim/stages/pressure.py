@@ -62,12 +62,12 @@ def apply_last_pressure(
     if law is not None and pairs.contacts.particle.size:
         context.walls.receive(lift_of_rest(context, law, pairs.contacts.body))
     if state.is_reduced:
-        bear(context, state, time_step)
+        apply_rest_pressure(context, state, time_step)
     return operator
 
 
-def bear(context: StepContext, state: FluidState, time_step: float) -> None:
-    """Take gravity's kick of `time_step` [s] off liquid that fills its box, and give bodies its lift: the pressure of liquid at rest."""
+def apply_rest_pressure(context: StepContext, state: FluidState, time_step: float) -> None:
+    """Let the pressure at rest of liquid that fills its box act for `time_step` [s]: it takes off gravity's kick, and lifts bodies."""
     up = [-g for g in context.config.gravity]
     add_gravity(state.velocity[:, : state.awake], up, time_step)
     arm, volume, owner = context.walls.displaced()

@@ -150,7 +150,7 @@ def sum_neighbors(
     near = with_neighbors(context, neighbors, indices(exposed > 0))
     np.maximum(exposed[:count], near, out=sums.surface[:count])
     state.confinement = confinement(state, int(np.count_nonzero(sums.surface)))
-    tell_pressure(context, state)
+    choose_pressure(context, state)
     if constants.weightless or state.is_reduced:
         shear = np.zeros((block_count(count), 2))
         run(shear_rate_sums, count, sums.flow, np.float32(context.config.cfl / time_step), shear)
@@ -171,8 +171,8 @@ def confinement(state: FluidState, near: int) -> Confinement:
     return Confinement.PARTED if did_fill and near <= VOIDS * state.awake else Confinement.OPEN
 
 
-def tell_pressure(context: StepContext, state: FluidState) -> None:
-    """Tell the pressure of liquid that fills its box from that at rest, and of any other as a whole (`rest_pressure`)."""
+def choose_pressure(context: StepContext, state: FluidState) -> None:
+    """Keep the reduced pressure of one liquid that fills its box, and the whole pressure of any other (see `rest_pressure`)."""
     gravity, spacing = context.constants.gravity, context.config.particle_spacing
     reduced = context.constants.reducible and state.confinement == Confinement.FILLED
     if reduced:  # a body that stands out of the box is not lifted by all that it displaces

@@ -89,7 +89,7 @@ class StepConstants:
     plane                      two dimensions: y is absent
     moment                     m_0, moment of a lattice [1]
     gravity                    (3,) [m/s2]; weightless: it is 0
-    reducible                  one liquid under gravity that walls bear: if it fills its box, its pressure is told from that at rest
+    reducible                  one liquid whose weight walls bear: where it fills its box, the solve finds the reduced pressure
     corrected                  pair vectors are corrected, walls take extrapolated pressures: our scheme, not the paper's
     wall_weight                w of `pressure_gradient` [1]
     shift_balance              a of `particle_shifting` [1]
