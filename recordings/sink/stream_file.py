@@ -11,6 +11,7 @@ import io
 import os
 import shutil
 import subprocess
+import warnings
 from pathlib import Path
 from typing import NoReturn
 
@@ -77,17 +78,30 @@ class StreamFile:
         """Write the rest, put the file in order if that is worth it, and write its checksums."""
         self.write()
         self.require()
-        if not (self.message_count > ORDERED_MESSAGES and self._put_in_order()):
+        if not (self.message_count > ORDERED_MESSAGES and self._is_in_order()):
             self._send_checksums(self.path)
             self.write()
         self._file.close()
 
-    def _put_in_order(self) -> bool:
-        """Replace the file by one in order; False, and the file as it was, if it is too large, or Rerun cannot."""
+    def _is_in_order(self) -> bool:
+        """Put the file in order, and warn of one that stays as it was."""
+        try:
+            self._put_in_order()
+        except (RecordingError, OSError) as error:
+            why = error.reason if isinstance(error, RecordingError) else error.strerror or error
+            warnings.warn(
+                f"{self.path}: opens slowly, because it was not put in order: {why}; `oilsim repair` has more time for it", stacklevel=3
+            )  # fmt: skip
+            return False
+        return True
+
+    def _put_in_order(self) -> None:
+        """Replace the file by one in order; RecordingError if it is too large, or Rerun cannot."""
         path, size = self.path.resolve(), os.fstat(self._file.fileno()).st_size
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-        if size > min(ORDERED_SHARE * memory, shutil.disk_usage(path.parent).free - RESERVED_BYTES):
-            return False
+        room = int(min(ORDERED_SHARE * memory, shutil.disk_usage(path.parent).free - RESERVED_BYTES))
+        if size > room:
+            raise RecordingError(path, f"it has {size >> 20} MiB, allowed: {room >> 20} MiB, by memory and disk")
         ordered = path.with_name(f".{os.getpid()}-{path.name}")
         try:
             put_in_order(path, ordered, ORDERING_SECONDS)
@@ -95,11 +109,8 @@ class StreamFile:
             insert_before_end(ordered, b"".join(_messages(self._bytes.read() or b"")))
             shutil.copymode(path, ordered)
             ordered.replace(path)
-        except (RecordingError, OSError):
-            return False
         finally:
             ordered.unlink(missing_ok=True)
-        return True
 
     def _send_checksums(self, path: Path) -> None:
         """Send the stream the checksums of all chunks of a file; a reader takes chunks with others for broken ones."""
