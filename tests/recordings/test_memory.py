@@ -121,7 +121,9 @@ def test_a_recording_that_cannot_be_put_in_order_stays_as_it_was_written(
     monkeypatch.setattr("recordings.sink.stream_file.ORDERED_MESSAGES", 0)
     monkeypatch.setattr("recordings.sink.stream_file.viewer_executable", lambda: "false")
     path = tmp_path / "short.rrd"
-    slow = pytest.warns(UserWarning, match=r"short\.rrd: opens slowly, because it was not put in order: .*`oilsim repair`")
+    slow = pytest.warns(
+        UserWarning, match=r"short\.rrd: opens slowly, because it was not put in order: .*`oilsim repair`"
+    )
     with slow, Recorder(path, frame_rate=1.0 / made_up.STEP) as recorder:
         recorder.initialized(made_up.describe())
         recorder.step_completed(made_up.make_frame(0))
