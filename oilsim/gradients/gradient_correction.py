@@ -11,8 +11,9 @@ into a crystal, which resists shear with a modulus of the order of the pressure.
 spacing.
 
 The force of M^-1 alone is the gradient of no energy. It does work on particles that come back to where they were, and deep water that is
-left to itself circulates ever faster: a plane column of 32 spacings reaches 3 % of sqrt(g H) after 100 s. A twentieth of the elastic force
-holds it at 0.3 %, and changes a wave of 64 spacings by less than 0.2 %. EXACT leaves that twentieth.
+left to itself circulates ever faster: a plane column of 64 spacings, as wide as deep, reaches 1 % of sqrt(g H) after 70 s. A twentieth of
+the elastic force holds it at 0.4 %, and changes a wave of 64 spacings by less than 0.2 %. EXACT leaves that twentieth. Waves between
+liquids, which buoyancy hardly drives back, it stiffens (`docs/tried.md`).
 
 The elastic force resists shear by some 3e-4 of the pressure. A thick liquid that moves slowly has less stress than that, and a cylinder led
 down through it feels a third too much drag with 4 spacings of diameter. But it needs no such force, because viscosity stills what the
