@@ -14,8 +14,9 @@ counts with both signs; near a free surface only compression counts.
 **Quiet.** The filter removes motion that linear flow cannot explain, so that shear and rotation pass. It acts in every step. If it acted in
 every n-th step only, it would feed swings of pressed particles (`time_step`) whose half period is n steps. Liquids that
 slip past each other make no noise. So where interfaces have a tension, and are resolved, the filter acts within each liquid alone. Across
-an interface it is a drag, which holds down the waves that slip raises. Without tension it acts across: a slick is one or two particles
-thick in most such scenes, and by that drag it follows the water; without it oil leaves booms round their ends.
+an interface it is a drag, which holds down the waves that slip raises. Without tension it acts within a liquid where that is so thick that
+some of it is out of the others' reach, from three particles on. A thinner slick follows the water by that drag; without it oil leaves
+booms round their ends.
 
 **Order.** Away from free surfaces particle shifting (Lind et al. 2012) keeps neighbours evenly spread, by beta, which grows with the
 strain of the flow. Out of reach of walls pairs share the shift, b = beta d^2 / 2, and the centre of mass of the liquid stays. A push that

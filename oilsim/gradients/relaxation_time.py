@@ -24,7 +24,7 @@ The columns of the array `flow` (N, 16), which holds the motion of a particle an
     4 to 6      GRADIENT: first row of the velocity gradient G_i, the derivatives of v_x along x, y and z [1/s]
     7           STRENGTH: b_i of particle shifting [m2] (see `particle_shifting`)
     8 to 10     second row of G_i [1/s]
-    11          LIQUID: number of the particle's phase [1], 0 for all where interfaces have no tension (see `particle_shifting`)
+    11          LIQUID: number of the liquid within which the filter acts [1] (see `relaxation.smoothed_liquid`)
     12 to 14    third row of G_i [1/s]
 
 Column 15 holds nothing of use. Kernels read the row of a neighbour in fours (`simd.gather_four`), and so every four columns
@@ -47,7 +47,7 @@ WEIGHT = 3
 GRADIENT = 4
 # [1] column of the strength b of particle shifting; layout; behind the first row of the gradient, which it is gathered with
 STRENGTH = 7
-# [1] column of the number of the phase; layout; behind the second row of the gradient, which it is gathered with
+# [1] column of the number of the liquid; layout; behind the second row of the gradient, which it is gathered with
 LIQUID = 11
 
 

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from oilsim.backend.arrays import Real
 from oilsim.backend.thread_team import block_count, total
@@ -140,7 +141,7 @@ def sum_neighbors(
     neighborhood, exposed = neighbors.neighborhood, np.empty(state.listed, np.uint8)
     place_points(context.team, neighbors, state.position)
     run(fill_rows, state.listed, state.velocity, neighbors.weight, sums.flow)
-    sums.flow[:, LIQUID] = 0.0 if constants.tensions is None else state.phase[: state.listed]
+    sums.flow[:, LIQUID] = smoothed_liquid(context, neighbors, state)
     shares = CorrectionShares(constants.moment, constants.exact.take(state.phase), constants.plane)
     run(
         sum_over_neighbors, state.listed, neighborhood, shares, sums.compression, sums.gradient_sum, sums.flow, sums.matrix
@@ -156,6 +157,25 @@ def sum_neighbors(
         run(shear_rate_sums, count, sums.flow, np.float32(context.config.cfl / time_step), shear)
         unit = passing_unit(total(shear[:, 0]), total(shear[:, 1]))
         sums.time_unit = min(unit, context.config.capillary_time)
+
+
+def smoothed_liquid(context: StepContext, neighbors: Neighbors, state: FluidState) -> NDArray[np.number]:
+    """Return the number (listed,) [1] of the liquid within which each particle's velocity is smoothed: slicks go with what bears them.
+
+    Without tension a minority liquid counts as one of its own where it is so thick that some of it is out of the other liquids' reach.
+    """
+    phase = state.phase[: state.listed]
+    if context.constants.tensions is not None:
+        return phase
+    number, awake = np.zeros(state.listed, np.float32), slice(0, state.awake)
+    for liquid in np.unique(phase[awake]):
+        own = phase[awake] == liquid
+        if 2 * np.count_nonzero(own) > state.awake:
+            continue
+        beside = with_neighbors(context, neighbors, indices(own)) & ~own
+        inner = own & ~with_neighbors(context, neighbors, indices(beside))
+        number[awake][own & with_neighbors(context, neighbors, indices(inner))] = 1 + liquid
+    return number
 
 
 def confinement(state: FluidState, near: int) -> Confinement:

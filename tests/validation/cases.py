@@ -68,7 +68,6 @@ KNOWN_MISSES = frozenset(
         ("dam-break-front", "rms, Martin and Moyce, a = 1.125 in"),
         ("dam-break-pressure", "impulse / measured, 80 mm"),
         ("interface-wave", "period"),
-        ("interface-shear", "growth over theory, tension 0 of the cut-off's"),
         ("interface-shear", "largest speed over the first, tension 1.5 of the cut-off's"),
         ("interfacial-drop", "unrest"),
         ("oil-slick", "exponent"),

@@ -126,22 +126,22 @@ def test_filter_carries_no_velocity_from_one_liquid_to_another(make_fluid, dimen
     assert kept[1] < 0.5
 
 
-@pytest.mark.parametrize("tension", [0.0, 1e-3])
+@pytest.mark.parametrize(("rows", "tension", "left"), [(16, 0.0, 1.0), (16, 1e-3, 1.0), (2, 0.0, 0.8)])
 @pytest.mark.parametrize("lighter", [1000.0, 850.0])
-def test_liquids_whose_interface_has_a_tension_slip_past_each_other(make_fluid, lighter, tension):
-    """Two layers of a metre pass each other by half a metre, eight spacings; without tension the filter takes 3.9 % of their speeds."""
+def test_thick_liquids_slip_past_each_other_and_thin_ones_follow(make_fluid, lighter, rows, tension, left):
+    """Layers pass each other by half a metre, eight spacings; with the filter across, thick ones would lose 3.9 % of their speeds."""
     phases = (TWO[0], Phase(name="oil", rest_density=lighter, interfacial_tension=tension))
     fluid = make_fluid(
         particle_spacing=1 / 16, dimension=2, phases=phases, gravity=(0.0, 0.0, 0.0), periodic=(True, False, True),
         lower=(0.0, -1.0, 0.0), upper=(1.0, 1.0, 2.0),
     )  # fmt: skip
     points = block((0, 0, 0), (1, 0, 2), 1 / 16, 2)
-    middle = np.abs(points[:, 2] - 1.0) < 0.5
+    middle = np.abs(points[:, 2] - 1.0) < rows / 32
     fluid.add_particles(points[~middle], phase="water", velocity=(-0.5, 0.0, 0.0))
     fluid.add_particles(points[middle], phase="oil", velocity=(0.5, 0.0, 0.0))
     fluid.advance(0.5)
     slip = fluid.phase_velocities("oil")[:, 0].mean() - fluid.phase_velocities("water")[:, 0].mean()
-    assert slip == pytest.approx(1.0 if tension else 0.96, abs=0.005)
+    assert slip == pytest.approx(left, abs=0.005 if rows > 2 else 0.03)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
