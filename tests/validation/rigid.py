@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import trimesh
@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from coupling.solids.bodies import mass_properties
 from coupling.solids.hydrostatics import waterline_for_volume
 from coupling.solids.signed_distance import SignedDistance
-from coupling.solids.surface_sampling import boundary_particles
+from coupling.solids.surface_sampling import PITCH, boundary_particles
 from coupling.solids.surface_shape import surface_shape
 from oilsim import BoundaryParticles, Fluid, FluidConfig, Phase, block, tank_walls
 from tests.validation.case import Bench
@@ -127,3 +127,17 @@ def disc(radius: float, spacing: float) -> BoundaryParticles:
         turns=np.array([[0.0, 0.0, 0.0, 0.0, 1.0, 0.0]]),
         displaced=whole,
     )
+
+
+def extruded(section: BoundaryParticles, width: float, spacing: float) -> BoundaryParticles:
+    """Wall particles of a prism of `width` [m] along y over plane ones; its slices are as far apart as points of a surface are."""
+    count = round(width / (PITCH * spacing))
+    share, places = width / count, ((np.arange(count) + 0.5) / count - 0.5) * width
+    position = np.tile(section.position, (count, 1))
+    position[:, 1] = np.repeat(places, len(section.position))
+    whole = np.tile(section.whole * [1.0, 1.0, 1.0, share], (count, 1))
+    whole[:, 1] = np.repeat(places, len(section.whole))
+    return replace(
+        section, position=position, volume=np.tile(section.volume * share, count), area=np.tile(section.area * share, count),
+        curvature=None if section.curvature is None else np.tile(section.curvature, (count, 1)), displaced=whole,
+    )  # fmt: skip

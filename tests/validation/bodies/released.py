@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -14,7 +15,7 @@ from coupling.solids.bodies import sphere
 from oilsim import FluidConfig, block, tank_walls
 from tests.validation import heave_theory
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
-from tests.validation.rigid import CLEARANCE, Body, disc, outside, put_solid, solid_tank
+from tests.validation.rigid import CLEARANCE, Body, disc, extruded, outside, put_solid, solid_tank
 from tests.validation.scenes import GRAVITY, SAMPLE, liquid, open_tank, read_table
 
 Double = NDArray[np.float64]
@@ -35,6 +36,7 @@ RADIUS = 0.25  # m, of the cylinder that heaves
 RELEASED = 1.0 / 3.0  # of the radius: how high above its waterline it is let go
 HALF_WIDTH, WATER_DEPTH = 14.0, 6.0  # of the radius: not far, so theory is told of them
 LAST = 11.5  # of sqrt(R / g): length of the run
+ROWS = 9  # of particles along a cylinder in space
 
 
 def mirrored(below: float, above: float) -> list[tuple[float, float]]:
@@ -154,21 +156,28 @@ def surfacing(resolution: int, bench: Bench) -> Outcome:
     return Outcome(values=values, traces=tuple(traces))
 
 
-def heave_decay(resolution: int, bench: Bench) -> Outcome:
-    """Case 21: a cylinder of half the density is let go above its waterline, free to heave only."""
+def heave_decay(resolution: int, bench: Bench, rows: int = 0) -> Outcome:
+    """Case 21: a cylinder of half the density is let go above its waterline, free to heave only.
+
+    rows: particles along the cylinder, in a tank that repeats along it; 0 for the plane.
+    """
     spacing = RADIUS / resolution
     unit = math.sqrt(RADIUS / GRAVITY)
     half, depth, room = HALF_WIDTH * RADIUS, WATER_DEPTH * RADIUS, 4.0 * spacing
+    dimension, width, repeats = 3 if rows else 2, rows * spacing, (False, rows > 0, False)
     config = FluidConfig(
-        particle_spacing=spacing, phases=(liquid(WATER),), dimension=2, lower=(-half - room, -1.0, -depth - room),
-        upper=(half + room, 1.0, depth),
+        particle_spacing=spacing, phases=(liquid(WATER),), dimension=dimension, periodic=repeats,
+        lower=(-half - room, 0.0 if rows else -1.0, -depth - room), upper=(half + room, width or 1.0, depth),
     )  # fmt: skip
     fluid = bench.fluid(config)
-    fluid.add_boundary(tank_walls((-half, 0, -depth), (half, 0, depth), spacing, sides=("-x", "+x", "-z"), dimension=2))
-    points = block((-half, 0, -depth), (half, 0, 0), spacing, 2)
-    start = np.array([0.0, 0.0, RELEASED * RADIUS])
-    fluid.add_particles(points[np.linalg.norm(points - start, axis=1) > RADIUS], phase="water")
-    body = Body(fluid, disc(RADIUS, spacing), 0.5 * WATER * math.pi * RADIUS**2, np.zeros((3, 3)), start)
+    sides, ends = ("-x", "+x", "-z"), ((-half, 0.0, -depth), (half, width, depth))
+    fluid.add_boundary(tank_walls(*ends, spacing, sides=sides, periodic=repeats, dimension=dimension))
+    points = block((-half, 0, -depth), (half, width, 0), spacing, dimension)
+    start = np.array([0.0, 0.5 * width, RELEASED * RADIUS])
+    fluid.add_particles(points[np.hypot(points[:, 0], points[:, 2] - start[2]) > RADIUS], phase="water")
+    section = disc(RADIUS, spacing)
+    cylinder = extruded(section, width, spacing) if rows else section
+    body = Body(fluid, cylinder, 0.5 * WATER * math.pi * RADIUS**2 * (width or 1.0), np.zeros((3, 3)), start)
     bench.plan(unit * (2.0 + LAST))
     beat = 0.05 * unit
     for _ in range(40):
@@ -296,4 +305,13 @@ HEAVE_DECAY = Case(
     panels=(Panel("heave", "t / sqrt(R/g)", "z / z_0"),),
     run=heave_decay,
     note="the period is the time from the first to the third extremum. In a deep and wide sea they would be -0.641 and 0.305.",
+)
+
+HEAVE_IN_SPACE = replace(
+    HEAVE_DECAY,
+    name="heave-in-space",
+    title="Heave decay of a half-immersed cylinder, in three dimensions",
+    setup=f"{HEAVE_DECAY.setup}, {ROWS} spacings of a tank that repeats along it",
+    resolutions=(6, 8, 10),
+    run=partial(heave_decay, rows=ROWS),
 )
