@@ -243,10 +243,11 @@ def window_remarks(
     others: places (x, y) [m] of vessels and bodies at the start.
     """
     for boom, its in booms.items():
-        if its.skirt_depth < COARSE * settings.spacing:
+        deep = round(its.skirt_depth / settings.spacing, 1)
+        if deep < COARSE:
             yield (
-                f"window: the skirt of boom {boom!r} is {its.skirt_depth / settings.spacing:.1f} particles deep, which hardly"
-                f" shows it; {its.skirt_depth / COARSE:.2g} m or less would be better"
+                f"window: the skirt of boom {boom!r} is {deep:.1f} particles deep, which hardly"
+                f" shows it; {its.skirt_depth / COARSE:.3g} m or less would be better"
             )
     reach = 0.5 * max(settings.whole_size) + max((its.length for its in booms.values()), default=0.0)
     if not isinstance(target, str) and others and all(math.dist(target, at) > reach for at in others):
