@@ -12,8 +12,8 @@ spacing.
 
 The force of M^-1 alone is the gradient of no energy. It does work on particles that come back to where they were, and deep water that is
 left to itself circulates ever faster: a plane column of 64 spacings, as wide as deep, reaches 1 % of sqrt(g H) after 70 s. A twentieth of
-the elastic force holds it at 0.4 %, and changes a wave of 64 spacings by less than 0.2 %. EXACT leaves that twentieth. Waves between
-liquids, which buoyancy hardly drives back, it stiffens (`docs/tried.md`).
+the elastic force holds it at 0.4 %, and changes a wave of 64 spacings by less than 0.2 %. EXACT leaves that twentieth. It also stiffens
+waves between liquids, which buoyancy drives back only weakly (`docs/tried.md`).
 
 The elastic force resists shear by some 3e-4 of the pressure. A thick liquid that moves slowly has less stress than that, and a cylinder led
 down through it feels a third too much drag with 4 spacings of diameter. But it needs no such force, because viscosity stills what the

@@ -160,17 +160,18 @@ def sum_neighbors(
 
 
 def smoothed_liquid(context: StepContext, neighbors: Neighbors, state: FluidState) -> NDArray[np.number]:
-    """Return the number (listed,) [1] of the liquid within which each particle's velocity is smoothed: slicks go with what bears them.
+    """Return the number (listed,) [1] of the liquid within which each particle's velocity is smoothed.
 
-    Without tension a minority liquid counts as one of its own where it is so thick that some of it is out of the other liquids' reach.
+    Without tension all liquids count as one, so that slicks follow the water. A liquid of at most half of the particles counts by itself
+    where it is so thick that some of it is out of the others' reach.
     """
     phase = state.phase[: state.listed]
     if context.constants.tensions is not None:
         return phase
     number, awake = np.zeros(state.listed, np.float32), slice(0, state.awake)
-    for liquid in np.unique(phase[awake]):
+    for liquid in range(len(context.config.phases)):
         own = phase[awake] == liquid
-        if 2 * np.count_nonzero(own) > state.awake:
+        if not 0 < 2 * np.count_nonzero(own) <= state.awake:
             continue
         beside = with_neighbors(context, neighbors, indices(own)) & ~own
         inner = own & ~with_neighbors(context, neighbors, indices(beside))

@@ -78,13 +78,13 @@ class StreamFile:
         """Write the rest, put the file in order if that is worth it, and write its checksums."""
         self.write()
         self.require()
-        if not (self.message_count > ORDERED_MESSAGES and self._is_in_order()):
+        if not (self.message_count > ORDERED_MESSAGES and self._try_ordering()):
             self._send_checksums(self.path)
             self.write()
         self._file.close()
 
-    def _is_in_order(self) -> bool:
-        """Put the file in order, and warn of one that stays as it was."""
+    def _try_ordering(self) -> bool:
+        """Put the file in order; False, and a warning, if it stays as it was."""
         try:
             self._put_in_order()
         except (RecordingError, OSError) as error:
