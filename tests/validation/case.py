@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -94,7 +94,7 @@ class Bench:
 
     threads   threads of each fluid; None takes every core
     progress  called with the share of the run that is done, 0 to 1
-    step_share  what the fluids' longest time step and CFL number are multiplied by
+    step_share  what the fluids' time steps are multiplied by
     """
 
     threads: int | None = None
@@ -111,10 +111,7 @@ class Bench:
 
     def fluid(self, config: FluidConfig) -> Fluid:
         """A fluid on this bench."""
-        share = self.step_share
-        if share != 1.0:
-            config = replace(config, maximum_time_step=share * config.longest_time_step, cfl=share * config.cfl)
-        return Fluid(config, threads=self.threads)
+        return Fluid(config, threads=self.threads) if self.step_share == 1.0 else _InShorterSteps(self, config)
 
     def advance(self, fluid: Fluid, duration: float) -> AdvanceReport:
         """Advance `fluid` by `duration` [s] and count it."""
@@ -128,6 +125,22 @@ class Bench:
         self.particle_steps += steps * particles
         self._done += duration
         self.progress(min(1.0, self._done / self._planned))
+
+
+class _InShorterSteps(Fluid):
+    """A fluid on a bench, whose steps are the bench's share of those that it would take, whatever would limit them."""
+
+    def __init__(self, bench: Bench, config: FluidConfig) -> None:
+        super().__init__(config, threads=bench.threads)
+        self._share, self._asked = bench.step_share, math.inf
+
+    def advance(self, duration: float) -> AdvanceReport:
+        self._asked = duration
+        return super().advance(duration)
+
+    def _time_step(self) -> float:
+        step = super()._time_step()
+        return self._share * (min(step, self._asked) if self._keeps_step() else step)
 
 
 @dataclass(frozen=True, kw_only=True)

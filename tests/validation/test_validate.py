@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from oilsim import FluidConfig
 from tests.validation import jobs
 from tests.validation.__main__ import main, status_of
 from tests.validation.bodies import wave_flume
@@ -23,8 +22,8 @@ from tests.validation.liquids.corner_jet import plate_of
 from tests.validation.liquids.wave_drift import DEPTH, Wave
 from tests.validation.liquids.waves import exact_omega, interface_roots
 from tests.validation.pages import made, report
-from tests.validation.rigid import disc
-from tests.validation.scenes import liquid, read_table
+from tests.validation.rigid import Body, disc
+from tests.validation.scenes import fill, liquid, open_tank, read_table
 
 
 def case_that(run) -> Case:
@@ -181,10 +180,22 @@ def test_half_the_step_shows_what_hangs_on_it(of_its_own):
     case = case_that(run)
     result = on_record(case, (1, 1.0), (1, 0.5))
     assert [result.at_half_step(one) for one in case.quantities] == ["2.001", "**0.3**"]
-    config = FluidConfig(particle_spacing=0.1, phases=(liquid(),), lower=(0, 0, 0), upper=(1, 1, 1))
-    halved = Bench(threads=1, step_share=0.5).fluid(config).config
-    assert halved.longest_time_step == 0.5 * config.longest_time_step
-    assert halved.cfl == 0.5 * config.cfl
+
+
+@pytest.mark.parametrize("exchange", [0.05, 1e-3], ids=["limits of the fluid", "an exchange shorter than its steps"])
+def test_half_the_step_is_half_whatever_limits_it(exchange):
+    """A body that moves in water whose depth, not its speed, limits the step."""
+
+    def steps(share):
+        bench = Bench(threads=1, step_share=share)
+        fluid, _ = open_tank(bench, 0.4, 0.6, 0.02, (liquid(),))
+        fill(fluid, (0, 0), (0.4, 0.4))
+        body = Body(fluid, disc(0.05, 0.02), 1.0, np.eye(3), np.array([0.2, 0.0, 0.55]))
+        for _ in range(20):
+            body.advance(bench, exchange)
+        return bench.particle_steps / fluid.particle_count
+
+    assert steps(0.5) == pytest.approx(2.0 * steps(1.0), rel=0.1)
 
 
 def test_a_gate_of_zero_allows_no_change():
