@@ -37,7 +37,7 @@ SEAS = {
     "long": (0.2, 6.0),
     "chop": (0.1, 0.8),
 }  # height and length of the waves [m]; periods of 2.2 and 0.7 s
-SPEEDS = tuple(round(0.12 + 0.04 * k, 2) for k in range(11))  # m/s
+SPEEDS = tuple(round(0.20 + 0.04 * k, 2) for k in range(9))  # m/s
 STEP, LOOK, BUILD_UP = 0.01, 0.1, 3.0  # s: of the exchange, between looks at the oil, in which waves grow
 ONSET = 0.05  # of the pool in a passage: the first loss, a few particles at the coarsest spacing
 
@@ -180,8 +180,8 @@ FLOATING_BOOM = Case(
     source="practice: 0.31 to 0.51 m/s; waves 30 times as long as high are ridden as calm water, chop of 8 times loses earlier "
     "(Bitting 1999)",
     setup=f"boom of draft d = {FLUME.draft:g} m with a float {WIDTH:g} m wide, free to surge, heave and pitch on a spring of "
-    f"{STIFFNESS:g} N/m a metre, oil of 900 kg/m3; waves of 0.2 x 6 m and 0.1 x 0.8 m; the current grows in steps of 0.04 m/s, each held "
-    "for two passages",
+    f"{STIFFNESS:g} N/m a metre, oil of 900 kg/m3; waves of 0.2 x 6 m and 0.1 x 0.8 m; the current grows from "
+    f"{SPEEDS[0]:g} m/s in steps of 0.04, each held for two passages",
     length=FLUME.draft,
     length_symbol="d",
     resolutions=(10, 20),
