@@ -9,8 +9,10 @@ so a viewer gets its own stream (`live`). A file in Rerun's hands keeps a part o
 from __future__ import annotations
 
 import json
+import math
+import time
 import uuid
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -30,6 +32,10 @@ from recordings.sink.writers import BodyWriter, BoomNames, EquipmentWriter, Surf
 
 APPLICATION = "oilsim"
 FORMAT_VERSION = 3
+# [s] that parts of a block take of a step; numerical; a block takes four steps of an exercise
+PART_SECONDS = 8e-3
+# [s] in which a block is written; numerical; with those in which it fills, a killed run loses less than a second
+SPREAD_SECONDS = 0.3
 _LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
 
 
@@ -71,17 +77,26 @@ class RerunWriter:
 
     def write_samples(self, samples: Sequence[Sample]) -> None:
         """Write a block of samples, one chunk per entity."""
+        for _ in self.parts(samples):
+            pass
+
+    def parts(self, samples: Sequence[Sample]) -> Iterator[None]:
+        """Write a block of samples, one part before each item; the last before the end."""
         for name in _names(sample.phases for sample in samples):
             having = [sample for sample in samples if name in sample.phases]
             self._write_particles(entity_paths.phase(name), having, [sample.phases[name] for sample in having])
+        yield
         self._write_lost(samples)
         if self._bodies is not None:
             self._bodies.write(samples)
+        yield
         self._surface.write(samples)
+        yield
         self._boom_names.write(samples)
         self._equipment.write(samples)
         self._lay_out(set(_names(sample.scalars for sample in samples)), samples[0])
         for name in _names(sample.scalars for sample in samples):
+            yield
             having = [sample for sample in samples if name in sample.scalars]
             values = np.array([sample.scalars[name] for sample in having], dtype=np.float64)
             self._columns(entity_paths.scalar(name), having, rr.Scalars.columns(scalars=values))
@@ -211,12 +226,18 @@ class RerunWriter:
 
 
 class RerunFile:
-    """A recording on disk, written block by block; RecordingError if it cannot be written."""
+    """A recording on disk, written block by block; RecordingError if it cannot be written.
+
+    A block takes half a step of an exercise, so it is given to the stream in parts, between the steps of the run that follow, and to the
+    disk as a whole.
+    """
 
     def __init__(self, path: Path, run: RunDescription, terms: Mapping[str, float]) -> None:
         """Create the file with everything that does not change."""
         self.recording_id = str(uuid.uuid4())
         self._block = Block()
+        self._parts: Iterator[None] | None = None
+        self._last_call, self._due = -math.inf, 0.0
         self._stream = open_stream(self.recording_id)
         self._file = StreamFile(self._stream, path)
         self._writer = RerunWriter(self._stream)
@@ -234,19 +255,42 @@ class RerunFile:
         self.write_if_full()
 
     def write_if_full(self) -> None:
-        """Write the block if it is full or has waited long enough."""
+        """Go on with the block that is being written, and begin with the next one if it is full or has waited long enough."""
+        begin = time.monotonic()
+        between, self._last_call = begin - self._last_call, begin
         if self._block.full:
-            self.write()
+            self._finish()
+            self._begin()
+        if begin + between > self._due:  # the next call may come too late
+            self._finish()
+        for _ in self._parts or ():
+            if time.monotonic() - begin > PART_SECONDS:
+                return
+        self._finish()
 
     def write(self) -> None:
         """Write the waiting samples to the disk."""
+        self._finish()
+        self._begin()
+        self._finish()
+
+    def _begin(self) -> None:
         if self._block.samples:
             self._file.require(self._block.byte_count)
-            self._writer.write_samples(self._block.take())
+            self._parts = self._writer.parts(self._block.take())
+            self._due = time.monotonic() + SPREAD_SECONDS
+
+    def _finish(self) -> None:
+        """Write the rest of the block to the disk."""
+        if self._parts is not None:
+            parts, self._parts = self._parts, None
+            for _ in parts:
+                pass
             self._file.write()
 
     def add_event(self, event: Event, frame_index: int) -> None:
         """Write one line of the log at once, because it is often the last one."""
+        self._finish()
         self._writer.write_event(event, frame_index)
         self._file.write()
 

@@ -17,8 +17,10 @@ from types import ModuleType
 import pytest
 
 from recordings.files.writing import RecordingError
+from recordings.model.sample import take_sample
 from recordings.replay import repair
 from recordings.replay.recording import Replay
+from recordings.sink import rerun_sink
 
 PROGRAM = Path(__file__).with_name("writing_program.py")
 KILLS = 3
@@ -115,3 +117,28 @@ def test_what_cannot_be_repaired_is_one_clear_error(tmp_path: Path) -> None:
     (tmp_path / "letter.rrd").write_text("dear trainer, ")
     with pytest.raises(RecordingError, match=r"letter.rrd: is not a Rerun recording"):
         Replay(tmp_path / "letter.rrd")
+
+
+@pytest.mark.parametrize(
+    ("between", "fewest"), [(0.01, 55), (0.05, 14), (0.1, 7), (0.2, 4), (0.249, 4), (0.45, 2), (2.0, 0)]
+)
+def test_a_block_is_made_in_the_steps_that_follow_and_is_on_the_disk_within_a_second(
+    between: float, fewest: int, made_up: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps follow each other after `between` [s]. The block fills for half a second, and has five parts at least, one a step."""
+    now, run, path = [0.0], made_up.describe(), tmp_path / "parts.rrd"
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    monkeypatch.setattr(rerun_sink, "PART_SECONDS", -1.0)
+    file = rerun_sink.RerunFile(path, run, {})
+    samples = [take_sample(made_up.make_frame(index), precision=None, phases=None, run=run) for index in range(2)]
+    file.add(samples[0])  # at once
+    before, steps, now[0] = path.stat().st_size, 0, between
+    file.add(samples[1])
+    while path.stat().st_size == before:
+        now[0] += between
+        steps += 1
+        file.write_if_full()
+    assert steps >= fewest
+    assert steps * between < 1.0
+    file.close()
+    assert [index for index, _, _ in Replay(path).phase_frames("ocean")] == [0, 1]
