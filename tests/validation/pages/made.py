@@ -65,8 +65,11 @@ def told(result: CaseResult, quantity: Quantity, form: str = "") -> str:
         return NOT_RUN
     values = result.values(quantity)
     relative = form == "error" and quantity.scale is None
-    texts = [error_text(quantity, one).removesuffix(" %") if form == "error" else f"{one:.3g}" for one in values]
-    unit = " %" if relative else "" if quantity.unit == "1" else f" {quantity.unit}"
+    texts = [
+        "none" if math.isnan(one) else error_text(quantity, one).removesuffix(" %") if form == "error" else f"{one:.3g}"
+        for one in values
+    ]
+    unit = " %" if relative else "" if quantity.unit == "1" or texts[-1] == "none" else f" {quantity.unit}"
     return f"{', '.join(texts)}{unit} at {result.case.length_symbol}/{', '.join(str(one['resolution']) for one in result.levels)}"
 
 
