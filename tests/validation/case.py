@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from oilsim import AdvanceReport, Fluid, FluidConfig
+from oilsim.fluid.time_step import equal_steps
 
 Double = NDArray[np.float64]
 
@@ -132,7 +133,7 @@ class _InShorterSteps(Fluid):
 
     def __init__(self, bench: Bench, config: FluidConfig) -> None:
         super().__init__(config, threads=bench.threads)
-        self._share, self._asked = bench.step_share, math.inf
+        self._share, self._asked = bench.step_share, 0.0
 
     def advance(self, duration: float) -> AdvanceReport:
         self._asked = duration
@@ -140,7 +141,7 @@ class _InShorterSteps(Fluid):
 
     def _time_step(self) -> float:
         step = super()._time_step()
-        return self._share * (min(step, self._asked) if self._keeps_step() else step)
+        return self._share * (equal_steps(self._asked, step) if self._keeps_step() else step)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -144,7 +144,7 @@ def surfacing(resolution: int, bench: Bench) -> Outcome:
     for ratio in RATIOS:
         body = held_sphere(bench, ratio, DIAMETER / resolution)
         heights, before, count = [], bench.particle_steps, body.fluid.particle_count
-        while bench.particle_steps - before < STEPS * count:
+        while bench.particle_steps - before < STEPS / bench.step_share * count:
             body.advance(bench, SAMPLE)
             heights.append(float(body.position[2]))
         body.fluid.close()
