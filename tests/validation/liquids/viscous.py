@@ -80,13 +80,13 @@ WAVE_NUMBER = 2.0 * math.pi / SIDE
 
 def implicit_ratio(bench: Bench, points: Double, spacing: float, number: float) -> float:
     """Measured over set viscosity of slow shear at nu dt / d^2 = `number`, from the decay of every step."""
-    viscosity = number * spacing**2 / STEP
+    viscosity = number * spacing**2 / (bench.step_share * STEP)
     fluid = disordered_fluid(bench, points, spacing, viscosity)
-    per_step = viscosity * WAVE_NUMBER**2 * STEP
+    per_step = viscosity * WAVE_NUMBER**2 * bench.step_share * STEP
     count = max(1, min(20, math.floor(math.log(1e3) / math.log1p(per_step))))
     amplitudes = shear_amplitudes(bench, fluid, 0.01, STEP, count)
     # an exact step leaves (1 - (1 - theta) q) / (1 + theta q), q = nu k^2 dt
-    theta, left = implicit_share(number), float(amplitudes[-1] / amplitudes[0]) ** (1.0 / count)
+    theta, left = implicit_share(number), float(amplitudes[-1] / amplitudes[0]) ** (bench.step_share / count)
     return (1.0 - left) / (1.0 - theta + theta * left) / per_step
 
 
