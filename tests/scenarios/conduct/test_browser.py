@@ -37,9 +37,10 @@ text = "The starboard engine stops"
 )
 
 
-@pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Console]:
-    with console(tmp_path_factory.mktemp("browser"), TOW, "--pace", "2") as one:
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Console]:
+    """A console of the test's own, whose exercise nobody has begun."""
+    with console(tmp_path, TOW, "--pace", "2") as one:
         yield one
 
 
