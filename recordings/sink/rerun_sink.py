@@ -32,9 +32,9 @@ from recordings.sink.writers import BodyWriter, BoomNames, EquipmentWriter, Surf
 
 APPLICATION = "oilsim"
 FORMAT_VERSION = 3
-# [s] that parts of a block take of a step; numerical; a block takes four steps of an exercise
+# [s] from which on no more parts of a block are written after a step; numerical; a block takes some four steps of an exercise
 PART_SECONDS = 8e-3
-# [s] in which a block is written; numerical; with those in which it fills, a killed run loses less than a second
+# [s] in which a block is written; numerical; it fills for 0.5 s before, and a killed run loses less than a second
 SPREAD_SECONDS = 0.3
 _LEVELS = {"info": rr.TextLogLevel.INFO, "warning": rr.TextLogLevel.WARN, "error": rr.TextLogLevel.ERROR}
 
@@ -81,7 +81,7 @@ class RerunWriter:
             pass
 
     def parts(self, samples: Sequence[Sample]) -> Iterator[None]:
-        """Write a block of samples, one part before each item; the last before the end."""
+        """Write a block of samples in parts; each item that is taken writes one, and the end of the items the last."""
         for name in _names(sample.phases for sample in samples):
             having = [sample for sample in samples if name in sample.phases]
             self._write_particles(entity_paths.phase(name), having, [sample.phases[name] for sample in having])
@@ -228,8 +228,8 @@ class RerunWriter:
 class RerunFile:
     """A recording on disk, written block by block; RecordingError if it cannot be written.
 
-    A block takes half a step of an exercise, so it is given to the stream in parts, between the steps of the run that follow, and to the
-    disk as a whole.
+    To write a block takes as long as half a step of an exercise. So the stream gets it in parts, one after each of the next steps. The
+    disk gets it as a whole.
     """
 
     def __init__(self, path: Path, run: RunDescription, terms: Mapping[str, float]) -> None:
@@ -255,7 +255,7 @@ class RerunFile:
         self.write_if_full()
 
     def write_if_full(self) -> None:
-        """Go on with the block that is being written, and begin with the next one if it is full or has waited long enough."""
+        """Begin to write the block if it is full or has waited long enough; else go on with the one that has been begun."""
         begin = time.monotonic()
         between, self._last_call = begin - self._last_call, begin
         if self._block.full:

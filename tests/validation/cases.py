@@ -76,5 +76,9 @@ KNOWN_MISSES = frozenset(
         ("settling-sphere", "largest speed at Re 1.5 / measured"),
         ("settling-sphere", "largest speed at Re 31.9 / measured"),
         ("boom-ramp", "speed of the first loss"),
+        *(
+            ("window-agreement", f"tension, {place}")
+            for place in ("on the apex", "1 m upstream", "a third larger", "around the U")
+        ),
     }
 )
