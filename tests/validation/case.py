@@ -65,12 +65,23 @@ def trace(
     return Trace(panel, np.asarray(x, np.float64), np.asarray(y, np.float64), label, reference, markers)
 
 
+@dataclass(frozen=True)
+class Map:
+    """A picture: the range of both axes (x0, x1, y0, y1) [m], values (rows, columns) from below, and the outline (n, 2) [m] of a body."""
+
+    title: str
+    extent: tuple[float, float, float, float]
+    values: Double
+    outline: Double = field(default_factory=lambda: np.zeros((0, 2)))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What one run measured: a value per quantity's name (NaN where it could not be had) and the curves to draw."""
+    """What one run measured: a value per quantity's name (NaN where it could not be had), the curves to draw, and rows of maps."""
 
     values: dict[str, float]
     traces: tuple[Trace, ...] = ()
+    maps: tuple[tuple[Map, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -157,6 +168,7 @@ class Case:
     run          run(resolution, bench) -> Outcome
     spacings     how many of them, coarse first, a run of all cases takes; asked for by name a case runs them all
     own_step     whether its fluids have the step of a scenario: half of it is not asked for
+    map_label    what its maps show, with the unit
     note         limits of the measurement, for the report
     """
 
@@ -173,4 +185,5 @@ class Case:
     run: Callable[[int, Bench], Outcome]
     spacings: int = 3
     own_step: bool = False
+    map_label: str = ""
     note: str = ""

@@ -34,6 +34,9 @@ from tests.validation.liquids.viscous import INVISCID_SHEAR, SHEAR_WAVE, TAYLOR_
 from tests.validation.liquids.wave_drift import WAVE_DRIFT
 from tests.validation.liquids.waves import INTERFACE_WAVE, STANDING_WAVE
 from tests.validation.liquids.window_rim import WINDOW_RIM
+from tests.validation.paper.rock import PAPER_ROCK
+from tests.validation.paper.spreading import PAPER_CALM, PAPER_WIND
+from tests.validation.paper.timing import PAPER_TIMING
 
 CASES: tuple[Case, ...] = tuple(
     sorted(
@@ -44,6 +47,7 @@ CASES: tuple[Case, ...] = tuple(
             TOWED_SKIRT, TOWED_CYLINDER, BOOM_FLUME, BOOM_LOSSES, BOOM_RAMP, BOOM_SLICE, BOOM_ROUNDING, HARBOUR_FLUME, BOOM_HELD_OUT,
             THICK_REST, SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM, WINDOW_AGREEMENT, INTERFACIAL_DROP, RISING_BUBBLE,
             INTERFACE_SHEAR, CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME, THICK_TOW, CORNER_JET, FLOATING_BOOM,
+            PAPER_CALM, PAPER_WIND, PAPER_ROCK, PAPER_TIMING,
         ),
         key=lambda case: case.number,
     )
@@ -76,6 +80,9 @@ KNOWN_MISSES = frozenset(
         ("settling-sphere", "largest speed at Re 1.5 / measured"),
         ("settling-sphere", "largest speed at Re 31.9 / measured"),
         ("boom-ramp", "speed of the first loss"),
+        ("paper-wind", "width over length along the wind, paper's scheme"),
+        ("paper-wind", "width over length along the wind, split scheme"),
+        ("paper-timing", "median of a relaxed step over that of a plain one"),
         *(
             ("window-agreement", f"tension, {place}")
             for place in ("on the apex", "1 m upstream", "a third larger", "around the U")

@@ -24,7 +24,7 @@ from typing import Any
 
 from recordings.files.writing import write_whole
 from tests.mutants.nearness import ImportMap
-from tests.validation.case import Bench, Case, Outcome
+from tests.validation.case import Bench, Case, Map, Outcome
 from tests.validation.cases import CASES
 
 ROOT = Path(__file__).parent.parent.parent
@@ -94,7 +94,10 @@ def by_worth(stale: Iterable[Job]) -> list[Job]:
 
 
 def run(job: Job, bench: Bench) -> Record:
-    """Run a job and return its record; what ends it early is its failure. Numbers keep six digits, curves four and `POINTS` points."""
+    """Run a job and return its record; what ends it early is its failure.
+
+    Numbers keep six digits, curves four and `POINTS` points, maps two.
+    """
     begin = spent()
     try:
         outcome, failure = job.case.run(job.resolution, bench), ""
@@ -120,6 +123,16 @@ def run(job: Job, bench: Bench) -> Record:
             }
             for one in outcome.traces
         ],
+        **({"maps": [[_kept(one) for one in row] for row in outcome.maps]} if outcome.maps else {}),
+    }  # fmt: skip
+
+
+def _kept(one: Map) -> Record:
+    """Return what a record keeps of a map: two digits of its values."""
+    return {
+        "title": one.title, "extent": list(one.extent),
+        "values": [[digits(value, 2) for value in row] for row in one.values.tolist()],
+        "outline": [[digits(each, 3) for each in point] for point in one.outline.tolist()],
     }  # fmt: skip
 
 

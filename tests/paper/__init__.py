@@ -1,1 +1,0 @@
-"""The figures and conclusions of Qiu et al. 2021, drawn and measured again: `make paper`."""
