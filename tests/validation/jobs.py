@@ -22,6 +22,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from recordings.files.writing import write_whole
 from tests.mutants.nearness import ImportMap
 from tests.validation.case import Bench, Case, Map, Outcome
@@ -128,10 +130,12 @@ def run(job: Job, bench: Bench) -> Record:
 
 
 def _kept(one: Map) -> Record:
-    """Return what a record keeps of a map: two digits of its values."""
+    """Return what a record keeps of a map: its values to a hundredth of the largest, in two digits or three."""
+    places = 2 - math.ceil(math.log10(one.values.max() or 1.0))
+    values = np.round(one.values, places).tolist()
     return {
         "title": one.title, "extent": list(one.extent),
-        "values": [[digits(value, 2) for value in row] for row in one.values.tolist()],
+        "values": [[int(value) if value.is_integer() else value for value in row] for row in values],
         "outline": [[digits(each, 3) for each in point] for point in one.outline.tolist()],
     }  # fmt: skip
 

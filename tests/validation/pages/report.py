@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -12,15 +13,19 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import PowerNorm
+from matplotlib.figure import FigureBase
 
 from coupling.testkit.body_checks import order_of_convergence
 from tests.validation.case import Case, Panel, Quantity, Trace, trace
-from tests.validation.cases import CASES
+from tests.validation.cases import CASES, select
 from tests.validation.jobs import ROOT, Record, record_file, records
 
 COLORS = ("#9ecae1", "#4292c6", "#08306b")  # coarse, middle, reference
 STYLES = ("-", "--", "-.", ":")
+TITLE = 0.3  # [inches] height of a map's title
 PAGE = ROOT / "docs" / "validation.md"
 PICTURES = ROOT / "docs" / "pictures" / "validation"
 INTRODUCTION = """# Validation
@@ -272,12 +277,36 @@ def orders(result: CaseResult) -> str:
     return "observed order: " + "; ".join(named[:6]) if named else ""
 
 
+def draw_maps(figure: FigureBase, maps: list[list[Record]], label: str) -> None:
+    """Draw rows of maps on one scale of colours, which ends where a hundredth of what holds anything is thicker."""
+    grid = figure.subplots(len(maps), len(maps[0]), squeeze=False)
+    values = np.concatenate([np.ravel(one["values"]) for row in maps for one in row])
+    top = float(np.quantile(values[values > 0.0], 0.99)) if values.any() else 1.0
+    for axes, one in zip(grid.ravel(), (one for row in maps for one in row), strict=True):
+        axes.fill(*np.reshape(one["outline"], (-1, 2)).T, color="0.75", zorder=-1)
+        shown = np.ma.masked_less(one["values"], 0.01 * top)
+        image = axes.imshow(shown, origin="lower", extent=one["extent"], cmap="YlOrBr", norm=PowerNorm(0.5, 0.0, top))
+        axes.set_title(one["title"], fontsize=7)
+        axes.set(xticks=[], yticks=[])
+    figure.colorbar(image, ax=grid, label=label, extend="max", shrink=0.8, pad=0.01)
+
+
 def draw(result: CaseResult, path: Path) -> None:
-    """Write a case's picture: its curves, or its errors where it has none, with the observed orders."""
+    """Write a case's picture: the maps of its finest run, its curves, or its errors where it has none, with the observed orders."""
     panels = result.case.panels
     columns = 2 if len(panels) == 4 else max(1, len(panels))
     rows = max(1, len(panels) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(6.4 * columns, 5.0 * rows), squeeze=False, layout="constrained")
+    maps = next((level["maps"] for level in reversed(result.levels) if "maps" in level), [])
+    width, height, above = 6.4 * columns, 5.0 * rows, 0.0
+    if maps:
+        width = max(width, 2.4 * len(maps[0]))
+        x0, x1, y0, y1 = maps[0][0]["extent"]
+        above = len(maps) * (0.9 * width / len(maps[0]) * (y1 - y0) / (x1 - x0) + TITLE)
+    figure = plt.figure(figsize=(width, above + height), layout="constrained")
+    parts = figure.subfigures(2, 1, height_ratios=(above, height)) if maps else [figure]
+    if maps:
+        draw_maps(parts[0], maps, result.case.map_label)
+    axes = parts[-1].subplots(rows, columns, squeeze=False)
     for panel, each in zip(panels, axes.ravel(), strict=False):
         draw_panel(each, panel, result)
     if not panels:
@@ -288,10 +317,10 @@ def draw(result: CaseResult, path: Path) -> None:
     plt.close(figure)
 
 
-def draw_all() -> None:
+def draw_all(cases: Iterable[Case] = CASES) -> None:
     """Draw the figure of each case whose records are newer than it."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    for result in map(result_of, CASES):
+    for result in map(result_of, cases):
         picture = PICTURES / f"{result.case.name}.png"
         if result.levels and not is_newer(picture, record_file(result.case)):
             draw(result, picture)
@@ -300,3 +329,7 @@ def draw_all() -> None:
 def is_newer(one: Path, other: Path) -> bool:
     """Tell whether a file is there and was written after another."""
     return one.exists() and one.stat().st_mtime > other.stat().st_mtime
+
+
+if __name__ == "__main__":
+    draw_all(select(",".join(sys.argv[1:])))
