@@ -64,8 +64,9 @@ fuzz: $(READY)  ## SCENARIOS random scenario files, and EACH damaged meshes, FMU
 mutants: $(READY)  ## put seeded faults into a copy of the code, EACH in each of FILES files, ONLY=oilsim,coupling; goes on where it was ended
 	$(BIN)/python -m tests.mutants --files $(or $(FILES),40) --each $(or $(EACH),5) --seed $(or $(SEED),0) $(if $(ONLY),--only $(ONLY)) $(if $(NEAREST),--nearest $(NEAREST)) $(if $(SECONDS),--seconds $(SECONDS)) $(if $(RECORDED_RUNS),--recorded-runs)
 
-paper: $(READY)  ## run the figures of Qiu et al. 2021 again, where their code has changed, test the paper's conclusions and draw them in docs/pictures/validation; some 20 minutes on two cores
-	$(BIN)/python -m tests.validation paper-calm,paper-wind,paper-rock,paper-timing --levels 1
+PAPER := paper-calm,paper-wind,paper-rock,paper-timing
+paper: $(READY)  ## run the figures of Qiu et al. 2021 again where their code has changed, test the paper's conclusions, and draw docs/pictures/validation/paper-*.png; some three minutes
+	$(BIN)/python -m tests.validation $(PAPER) --levels 1; status=$$?; $(BIN)/python -m tests.validation.pages.report $(PAPER) && exit $$status
 
 clean:
 	rm -rf .venv build dist site *.egg-info

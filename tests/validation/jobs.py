@@ -130,8 +130,8 @@ def run(job: Job, bench: Bench) -> Record:
 
 
 def _kept(one: Map) -> Record:
-    """Return what a record keeps of a map: its values to a hundredth of the largest, in two digits or three."""
-    places = 2 - math.ceil(math.log10(one.values.max() or 1.0))
+    """Return what a record keeps of a map: its values to a hundredth of the largest and better."""
+    places = 3 - math.ceil(math.log10(one.values.max() or 1.0))
     values = np.round(one.values, places).tolist()
     return {
         "title": one.title, "extent": list(one.extent),

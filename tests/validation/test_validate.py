@@ -15,7 +15,7 @@ from tests.validation.__main__ import main, status_of
 from tests.validation.bodies import wave_flume
 from tests.validation.bodies.floating import SIZE, solids
 from tests.validation.bodies.released import cylinder_added_mass, sphere_added_mass, turning_points
-from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
+from tests.validation.case import Bench, Case, Map, Outcome, Panel, Quantity, trace
 from tests.validation.cases import CASES, KNOWN_MISSES, select
 from tests.validation.liquids.channel import couette, poiseuille
 from tests.validation.liquids.corner_jet import plate_of
@@ -71,6 +71,19 @@ def test_page_tells_order_gate_and_verdict(of_its_own, tmp_path):
     told = report.page([result])
     assert "| good [m] | 2 | 2.16 | 2.04 | 2.01 | 0.5 % | 2 | 1 % | pass |" in told
     assert "- [made-up](#99-made-up): bad, 0.5\n" in told
+    report.draw(result, tmp_path / "made-up.png")
+    assert (tmp_path / "made-up.png").stat().st_size > 1000
+
+
+def test_maps_are_kept_to_a_hundredth_and_drawn(of_its_own, tmp_path):
+    assert "maps" not in on_record(case_that(made_up), (1, 1.0)).levels[0]
+    values, outline = np.array([[0.0, 12.34], [0.004, 250.0]]), np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.5]])
+    row = (Map("oil", (0.0, 2.0, 0.0, 2.0), values, outline), Map("none", (0.0, 2.0, 0.0, 2.0), 0.0 * values))
+    case = case_that(lambda resolution, bench: Outcome(values={"good": 2.0}, maps=(row,)))
+    result = on_record(case, (1, 1.0))
+    ((oil, none),) = result.levels[0]["maps"]
+    assert (oil["title"], oil["extent"], oil["outline"]) == ("oil", [0.0, 2.0, 0.0, 2.0], outline.tolist())
+    assert (oil["values"], none["values"]) == ([[0, 12], [0, 250]], [[0, 0], [0, 0]])
     report.draw(result, tmp_path / "made-up.png")
     assert (tmp_path / "made-up.png").stat().st_size > 1000
 

@@ -224,7 +224,7 @@ def _draw_trace(axes: Axes, each: Trace, color: str, style: str, label: str, wid
 
 
 def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
-    """Every level's curves in blues, dark is fine; theory in black, experiments and several others' curves in colours."""
+    """Every level's curves in blues, dark is fine, those of a single level in colours; theory in black, experiments and several others' curves in colours."""
     chosen = [traces_of(level, panel.name) for level in result.levels]
     kinds = list(dict.fromkeys(each.label for level in chosen for each in level if not each.reference))
     used: set[str] = set()
@@ -235,8 +235,9 @@ def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
             label = f"{each.label}, {spacing}" if each.label else spacing
             label = "_nolegend_" if label in used else label
             used.add(label)
-            style = STYLES[kinds.index(each.label) % len(STYLES)]
-            _draw_trace(axes, each, COLORS[first + index], style, label, 1.4)
+            kind = kinds.index(each.label)
+            color = COLORS[first + index] if len(chosen) > 1 else f"C{kind}"
+            _draw_trace(axes, each, color, STYLES[kind % len(STYLES)], label, 1.4)
     named: set[str] = set()
     markers = ("#d94801", "#238b45", "#6a51a3", "black")
     references = [each for each in (chosen[-1] if chosen else []) if each.reference]
