@@ -224,7 +224,7 @@ def _draw_trace(axes: Axes, each: Trace, color: str, style: str, label: str, wid
 
 
 def draw_panel(axes: Axes, panel: Panel, result: CaseResult) -> None:
-    """Every level's curves in blues, dark is fine, those of a single level in colours; theory in black, experiments and several others' curves in colours."""
+    """Draw every level in blues, dark is fine, a single level in colours; theory in black, experiments and several theories in colours."""
     chosen = [traces_of(level, panel.name) for level in result.levels]
     kinds = list(dict.fromkeys(each.label for level in chosen for each in level if not each.reference))
     used: set[str] = set()

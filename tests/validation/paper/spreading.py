@@ -31,7 +31,8 @@ DURATION = 10.0  # [s]
 MOMENTS = (1.0, 5.0, 10.0)  # [s] of the paper's figures
 CELL = 0.1  # [m] of the maps
 ROUND = 0.15  # [1] excess of the axis ratio of what counts as a circle
-LONG = 1.15  # [1] axis ratio of what counts as an ellipse
+OBLONG = 0.87  # [1] width over length of what counts as an ellipse: an axis ratio of 1.15
+STILL = 0.33  # [1] drift in a calm over that which counts as one
 LAST = 2.0  # [s] over which a shape is averaged
 SQUARE = (  # a sea as wide as it is long: the paper's is twice as long as wide, along the wind
     "tank.lower=[0, -1, 0]", "tank.upper=[4, 3, 4]", "fill.ocean.lower=[0, -1, 0]", "fill.ocean.upper=[4, 3, 0.3]",
@@ -231,9 +232,9 @@ PAPER_WIND = Case(
         for quantity in (
             figure(f"drift of the thinnest oil, {setting.name}", unit="m"),
             figure(f"drift of the thickest oil, {setting.name}", unit="m"),
-            figure(f"drift in a calm over that in wind, {setting.name}", 1.0 / 3.0),
+            figure(f"drift in a calm over that in wind, {setting.name}", STILL),
             figure(f"drift of the thickest oil over the thinnest, {setting.name}", 1.0 if setting == PAPER else None),
-            figure(f"width over length along the wind, {setting.name}", 1.0 / LONG),
+            figure(f"width over length along the wind, {setting.name}", OBLONG),
             figure(f"axis ratio in wind, {setting.name}"),
             figure(f"axis ratio in a calm, {setting.name}"),
         )
