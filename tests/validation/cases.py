@@ -82,7 +82,6 @@ KNOWN_MISSES = frozenset(
         ("boom-ramp", "speed of the first loss"),
         ("paper-wind", "width over length along the wind, paper's scheme"),
         ("paper-wind", "width over length along the wind, split scheme"),
-        ("paper-timing", "a relaxed step over a plain one, median"),
         *(
             ("window-agreement", f"tension, {place}")
             for place in ("on the apex", "1 m upstream", "a third larger", "around the U")

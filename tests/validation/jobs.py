@@ -98,7 +98,7 @@ def by_worth(stale: Iterable[Job]) -> list[Job]:
 def run(job: Job, bench: Bench) -> Record:
     """Run a job and return its record; what ends it early is its failure.
 
-    Numbers keep six digits, curves four and `POINTS` points, maps two.
+    Numbers keep six digits, curves four and `POINTS` points, maps up to three.
     """
     begin = spent()
     try:
