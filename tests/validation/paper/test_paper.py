@@ -14,7 +14,7 @@ import trimesh
 from tests.validation.case import Bench, Case, Outcome
 from tests.validation.paper import rock, spreading, timing
 from tests.validation.paper.runs import OILS, Scene, follow, over
-from tests.validation.paper.shapes import covered, footprint, thickness
+from tests.validation.paper.shapes import Footprint, covered, footprint, thickness
 
 
 def grid(width: float, height: float, step: float = 0.01) -> np.ndarray:
@@ -82,6 +82,35 @@ def test_half_a_ball_is_coated() -> None:
 @pytest.mark.parametrize(("whole", "ratio"), [(2.0, 0.5), (0.0, math.inf), (-2.0, math.inf)])
 def test_no_drift_with_the_wind_is_below_no_bound(whole: float, ratio: float) -> None:
     assert over(1.0, whole) == ratio
+
+
+def slick(x: float, area: float = 1.0, near_side: bool = False) -> spreading.Slick:
+    """Oil around `x`, half as wide as long."""
+    shape = Footprint(area=area, axis_ratio=2.0, width_over_length=0.5, corner_ratio=1.0, center=(x, 1.0))
+    return spreading.Slick(shape, near_side, np.zeros((2, 4)), (0.0, 4.0, 0.0, 2.0))
+
+
+def test_drift_is_the_way_along_the_wind() -> None:
+    """Three oils go 0.4, 0.3 and 0.2 m towards -x, and the thinnest 0.05 m in a calm."""
+    ways = iter([0.4, 0.3, 0.2, 0.05] * 2)
+    runs = {scene: [slick(2.0), slick(2.0 - next(ways))] for scene in spreading.wind_scenes(20)}
+    found = spreading.wind_outcome(runs).values
+    assert found["drift of the thinnest oil, split scheme"] == pytest.approx(0.4)
+    assert found["drift in a calm over that in wind, split scheme"] == pytest.approx(0.05 / 0.2)
+    assert found["drift of the thickest oil over the thinnest, split scheme"] == pytest.approx(0.2 / 0.4)
+    assert found["width over length along the wind, split scheme"] == 0.5
+
+
+def test_areas_are_compared_before_the_first_oil_comes_near_a_side() -> None:
+    """Oils grow by 0.3, 0.2 and 0.1 m2 a sample, and the thinnest is near a side in the sixth."""
+    growth = iter([0.3, 0.2, 0.1] * 3)
+    runs = {
+        scene: [slick(2.0, 1.0 + k * more, near_side=more == 0.3 and k >= 5) for k in range(9)]
+        for scene, more in zip(spreading.calm_scenes(20), growth, strict=True)
+    }
+    found = spreading.calm_outcome(runs).values
+    assert found["time until the sides, paper's scheme"] == pytest.approx(4 * 0.05)
+    assert found["area of a thicker oil over a thinner one's, paper's scheme"] == pytest.approx(1.8 / 2.2)
 
 
 @pytest.mark.parametrize(("change", "passes"), [(1.0, False), (-0.2, False), (-1.5, True)])
