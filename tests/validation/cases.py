@@ -80,6 +80,7 @@ KNOWN_MISSES = frozenset(
         ("settling-sphere", "largest speed at Re 1.5 / measured"),
         ("settling-sphere", "largest speed at Re 31.9 / measured"),
         ("boom-ramp", "speed of the first loss"),
+        ("paper-calm", "axis ratio before the sides, paper's scheme"),
         ("paper-wind", "width over length along the wind, paper's scheme"),
         ("paper-wind", "width over length along the wind, split scheme"),
         *(

@@ -147,9 +147,13 @@ def spent() -> float:
 
 
 def keep(case: Case, record: Record) -> None:
-    """Put a record into its case's file in `RECORDS`, in place of the one of the same spacing and step."""
+    """Put a record into its case's file in `RECORDS`, in place of the one of the same spacing and step; maps of the finest only."""
     kept = [one for one in records(case) if (one["resolution"], one["step"]) != (record["resolution"], record["step"])]
     kept = sorted([*kept, record], key=lambda one: (-one["step"], one["resolution"]))
+    finest = max((one["resolution"] for one in kept if "maps" in one), default=0)
+    for one in kept:
+        if one["resolution"] < finest:
+            one.pop("maps", None)  # pictures show those of the finest
     lines = ",\n".join(json.dumps(one, allow_nan=False, ensure_ascii=False) for one in kept)
     RECORDS.mkdir(parents=True, exist_ok=True)
     write_whole(record_file(case), f"[\n{lines}\n]\n")

@@ -86,6 +86,7 @@ def test_maps_are_kept_to_a_hundredth_and_drawn(of_its_own, tmp_path):
     assert (oil["values"], none["values"]) == ([[0, 12], [0, 250]], [[0, 0], [0, 0]])
     report.draw(result, tmp_path / "made-up.png")
     assert (tmp_path / "made-up.png").stat().st_size > 1000
+    assert ["maps" in level for level in on_record(case, (2, 1.0)).levels] == [False, True]  # the finest only
 
 
 def test_a_case_that_breaks_is_told_and_not_hidden(of_its_own):
