@@ -19,7 +19,7 @@ Where a body comes into the window, water that it displaces is taken out; where 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -115,17 +115,17 @@ class Shares(SavedFields):
 
 
 class SharedEnvironment:
-    """A sea that loads bodies by formulas, each with what a window leaves: 1 - share. Its bodies have the order of `names`."""
+    """A sea that loads bodies by formulas, each with what windows leave: 1 - their shares. Its bodies have the order of `names`."""
 
-    def __init__(self, environment: Environment, names: tuple[str, ...], shares: Shares) -> None:
+    def __init__(self, environment: Environment, names: tuple[str, ...], shares: Sequence[Shares]) -> None:
         self.environment, self._shares = environment, shares
-        self._rows = np.array([shares.names.index(name) for name in names], int)
+        self._rows = np.array([shares[0].names.index(name) for name in names], int)
         self.sea = getattr(environment, "sea", None)  # whom helmsmen and pictures ask for current and surface
 
     def loads(self, time: float, pose: Array, twist: Array) -> BodyLoads:
         """Return the loads on all bodies; time [s], pose (B, 7) [m, 1], twist (B, 6) [m/s, rad/s]."""
         found = self.environment.loads(time, pose, twist)
-        rest = 1.0 - self._shares.at(time)[self._rows]
+        rest = 1.0 - np.sum([one.at(time) for one in self._shares], axis=0)[self._rows]
         return type(found)(*(values * rest.reshape(-1, *(1,) * (values.ndim - 1)) for values in found))
 
 
@@ -137,6 +137,7 @@ class WindowParticipant(FluidParticipant):
     def __init__(self, name: str, window: Window, bodies: Mapping[str, WindowBody], target: Target) -> None:
         super().__init__(name, window.fluid, dict.fromkeys(bodies, -1))
         self.window, self.shares = window, Shares(tuple(bodies))
+        self.all_shares: tuple[Shares, ...] = (self.shares,)
         self.water_moved = {"out": 0, "back": 0}  # particles
         self._bodies, self._target = dict(bodies), target
         self._offsets = np.zeros((len(bodies), 4, 3))

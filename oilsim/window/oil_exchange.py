@@ -34,7 +34,7 @@ from oilsim.slick.losses import lose_through_openings
 from oilsim.slick.merging import KEYS, MEANS
 from oilsim.slick.parcels import NONE, Parcels, ParcelState, Rows
 from oilsim.slick.slick import Slick
-from oilsim.window.surface_motion import SurfaceMotion
+from oilsim.window.water_motion import WaterMotion
 from oilsim.window.window import Window
 
 # [d] from the rim within which parcels stay parcels; numerical; a support, so that oil does not change back at once
@@ -63,7 +63,7 @@ class OilExchange:
         self._oils = [one.name for one in self._config.phases[1:]] if oils is None else list(oils)
         if not self._oils:
             raise ValueError(f"the window's liquids are {water}, allowed: water and an oil or more")
-        self.surface = SurfaceMotion(window)
+        self.surface = WaterMotion(window)
         self.taken = self.given = 0.0
 
     def places(self, parcels: Parcels, time: float) -> tuple[Rows, Array]:

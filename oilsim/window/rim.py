@@ -8,11 +8,14 @@ opposite side. Damped by r in the mean half as much as its velocity, a wave of g
 
 PASSES times the frequency of the wave twice as long as W in deep water, c = sqrt(g W / pi) / 2, that is exp(-pi PASSES). Shorter waves
 keep less.
+
+A window inside an outer one comes to the motion V of the water there in place of rest: dv/dt = -r s(x) (v - V).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -32,13 +35,19 @@ def share_kept(width: float, length: float) -> float:
 class Rim:
     """Brings what moves beyond the sea to rest around a box of size (2,) [m] whose middle may be moved through the particles' domain.
 
-    width W [m] of the zone along each side; gravity [m/s2]; along: the axes that have sides, (0,) in two dimensions.
+    width W [m] of the zone along each side; gravity [m/s2]; along: the axes that have sides, (0,) in two dimensions; around: the motion V
+    (N, 3) [m/s] of the water around at places at rest (N, 3) [m], by default none.
     """
 
     def __init__(
-        self, size: tuple[float, float], width: float, gravity: float, along: tuple[int, ...] = (0, 1)
+        self,
+        size: tuple[float, float],
+        width: float,
+        gravity: float,
+        along: tuple[int, ...] = (0, 1),
+        around: Callable[[Array], Array] | None = None,
     ) -> None:
-        self.size, self.width, self.along, self.gravity = size, width, along, gravity
+        self.size, self.width, self.along, self.gravity, self._around = size, width, along, gravity, around
         self.center = np.zeros(2)
         self.rate = PASSES * math.sqrt(math.pi * gravity / width)
 
@@ -60,7 +69,7 @@ class Rim:
         return near
 
     def apply(self, view: ForcingView) -> None:
-        """Change the velocities in the rim by dv/dt = -r s v.
+        """Change the velocities in the rim by dv/dt = -r s (v - V).
 
         Gravity has acted on them in this step already, and is spared: it would be less in the rim than beside it.
         """
@@ -68,8 +77,10 @@ class Rim:
         chosen = np.flatnonzero(inward < self.width)
         strength = np.cos(0.5 * math.pi * inward[chosen] / self.width) ** 2
         loss = -np.expm1(-self.rate * view.time_step * strength).astype(np.float32)
-        fallen = np.array([[0.0], [0.0], [-self.gravity * view.time_step]], np.float32)
-        view.velocity[:, chosen] -= loss * (view.velocity[:, chosen] - fallen)
+        end = np.array([[0.0], [0.0], [-self.gravity * view.time_step]], np.float32)
+        if self._around is not None:
+            end = end + self._around(self.about_center(view.position[:, chosen].T)).T.astype(np.float32)
+        view.velocity[:, chosen] -= loss * (view.velocity[:, chosen] - end)
 
     def save(self) -> dict[str, Any]:
         """Return where the middle is, for `restore`."""

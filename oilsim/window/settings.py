@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -92,3 +92,8 @@ class WindowSettings:
     def width(self) -> float:
         """Width of the rim [m]."""
         return RIM_SHARE * min(self.sides) if self.rim is None else self.rim
+
+
+def fluid_steps(settings: WindowSettings, gravity: Sequence[float], step: float) -> int:
+    """Return the steps that the particles make in a communication step [s] under a gravity (3,) [m/s2]."""
+    return max(1, math.ceil(step / settings.longest_time_step(float(np.linalg.norm(gravity))) - 1e-9))

@@ -39,6 +39,7 @@ from oilsim.sea import Sea
 from oilsim.window.rim import Rim
 from oilsim.window.sea_motion import SeaMotion
 from oilsim.window.settings import WindowSettings
+from oilsim.window.water_motion import WaterMotion
 
 # [d] of air above the level at least; numerical; splashes that go higher leave the run and are counted
 HEADROOM = 8.0
@@ -49,13 +50,22 @@ SLEEP_MARGIN = 1.0
 
 
 class Window:
-    """A fluid in the places at rest of a sea, and the rim around its middle. `fluid` takes bodies, oil and forcings as any other."""
+    """A fluid in the places at rest of a sea, and the rim around its middle. `fluid` takes bodies, oil and forcings as any other.
+
+    around: the motion of the water of an outer window, in which this one lies; None without one. It counts as last measured.
+    """
 
     def __init__(
-        self, settings: WindowSettings, sea: Sea, phases: tuple[Phase, ...], threads: int | None = None
+        self,
+        settings: WindowSettings,
+        sea: Sea,
+        phases: tuple[Phase, ...],
+        threads: int | None = None,
+        outer: Window | None = None,
     ) -> None:
         """Fill the window with the first phase, at rest."""
         self.settings = settings
+        self.around = None if outer is None else WaterMotion(outer, whole=True)
         spacing, dimension = settings.spacing, settings.dimension
         level, gravity = sea.description.level, sea.description.gravity
         along = (0, 1) if dimension == 3 else (0,)
@@ -81,8 +91,9 @@ class Window:
         self.motion = SeaMotion(sea, self.fluid.context.team)
         walls = tank_walls(lower, upper, spacing, sides=("-z",), periodic=config.periodic, dimension=dimension)
         self.fluid.add_boundary(walls)
-        self.rim = Rim(settings.whole_size, settings.width, gravity, along)
-        self.fluid.add_forcing(self.rim, calms=True)
+        around = None if self.around is None else self.around.at_rest
+        self.rim = Rim(settings.whole_size, settings.width, gravity, along, around)
+        self.fluid.add_forcing(self.rim, calms=outer is None)
         water = block(lower, (half[0], half[1], level), spacing, dimension)
         self.fluid.add_particles(water, phase=phases[0].name)
 

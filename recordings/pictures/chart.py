@@ -295,7 +295,7 @@ def draw_windows(axes: Axes, replay: Replay, time: float) -> list[Line2D]:
         corner = (x - 0.5 * window.size[0], y - 0.5 * window.size[1])
         outline = Rectangle(corner, *window.size, fill=False, edgecolor=tint, linewidth=1.4, zorder=4, gid=WINDOW)
         axes.add_patch(outline)
-        label = "window" if len(replay.run.windows) == 1 else f"window {window.name}"
+        label = "window" if len(replay.run.windows) == 1 else f"{window.name} window"
         text = f"{label}: particles {1000.0 * window.spacing:.3g} mm apart"
         marks.append(
             Line2D(

@@ -39,19 +39,21 @@ def _of_the_water(replay: Replay, boxes: str) -> Iterator[str]:
     elif boxes == "windows" and not replay.run.windows:  # of a recording that does not tell them
         yield f"The run has a window of particles {apart}. Outside it {FORMULAS}, and oil is a slick of parcels."
     elif boxes == "windows":
-        yield from (_window_in_words(one, len(replay.run.windows) > 1) for one in replay.run.windows)
-        yield f"Outside the window {FORMULAS}. Oil that is outside, or thinner than a particle, is a slick of parcels."
+        windows = replay.run.windows
+        yield from (_window_in_words(one, len(windows) > 1, one is windows[0]) for one in windows)
+        where = "outside the inner window" if len(windows) > 1 else "outside"
+        yield f"Outside {FORMULAS}. Oil that is {where}, or thinner than a particle, is a slick of parcels."
     else:
         yield f"The particles are {apart}; the simulation resolves nothing finer."
 
 
-def _window_in_words(window: WindowDescription, several: bool) -> str:
+def _window_in_words(window: WindowDescription, several: bool, has_oil: bool) -> str:
     """Say where a window of particles is, and what it resolves."""
-    name = f"Window {window.name}" if several else "The window"
+    name = f"The {window.name} window" if several else "The window"
     size = f"{window.size[0]:.3g} by {window.size[1]:.3g} m wide and {window.depth:.3g} m deep"
     return (
         f"{name} of particles is around {window.target}, {size}. Its particles are {1000.0 * window.spacing:.3g} mm apart. They resolve the"
-        " flow around what is in it, and oil as thick as a particle, but nothing finer."
+        f" flow around what is in it{', and oil as thick as a particle' * has_oil}, but nothing finer."
     )
 
 

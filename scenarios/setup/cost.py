@@ -17,7 +17,7 @@ import numpy as np
 
 from oilsim.backend.arrays import Array
 from oilsim.core.config import FluidConfig, longest_time_step
-from oilsim.window.settings import WindowSettings
+from oilsim.window.settings import WindowSettings, fluid_steps
 from scenarios.schema.bodies import Fixed, Free
 from scenarios.schema.exercise import TowSettings
 from scenarios.schema.injects import InjectSettings
@@ -122,20 +122,22 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
     particles = dict.fromkeys(spec.phases, 0)
     for name, points in positions.items():
         particles[spec.fill[name].phase] += len(points)
-    window = None if spec.window is None else spec.window.settings(spec.fluid)
-    if window is not None:
+    windows = () if spec.window is None else spec.window.boxes(spec.fluid)
+    for window in windows:
         water = next(name for name, phase in sorted(spec.phases.items(), key=lambda item: item[1].is_oil))
         particles[water] += window.particle_count
     emitted = _emitted(spec)
     boundary = _boundary(spec, solids) if spec.in_tank else {}
     threads = run.threads or os.cpu_count() or 1
     steps = _steps(spec, [float(points[:, 2].max()) for points in positions.values()], _moving(spec))
-    remarks, own_steps = _of_window(spec, window, solids, level)
-    alive = sum(particles.values()) + 0.5 * sum(emitted.values())
+    remarks = _of_windows(spec, windows, solids, level)
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
-    each = SECONDS_PER_STEP + SECONDS_PER_PARTICLE_STEP * share * alive
-    of_fluid = steps * own_steps * each if spec.in_tank or window is not None else 0.0
+    boxes = [(1, sum(particles.values()) + 0.5 * sum(emitted.values()))] if spec.in_tank else []
+    boxes += [(fluid_steps(one, spec.fluid.gravity, run.communication_step), one.particle_count) for one in windows]
+    of_fluid = sum(
+        steps * each * (SECONDS_PER_STEP + SECONDS_PER_PARTICLE_STEP * share * count) for each, count in boxes
+    )
     return Cost(
         particles=particles,
         emitted=emitted,
@@ -155,21 +157,18 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
     )
 
 
-def _of_window(
-    spec: RunSpec, window: WindowSettings | None, solids: Sequence[Solid], level: float
-) -> tuple[tuple[str, ...], int]:
-    """Return what is to be told of a window, and the steps of its particles in each of the communication; 1 without one."""
-    if window is None or spec.window is None:
-        return (), 1
-    from scenarios.setup.at_sea.window import require_water, window_fact, window_remarks  # only such a run pays for it
-    from scenarios.spec.window_choice import fluid_steps
+def _of_windows(
+    spec: RunSpec, windows: Sequence[WindowSettings], solids: Sequence[Solid], level: float
+) -> tuple[str, ...]:
+    """Return what is to be told of a window and its outer one; empty without one."""
+    if spec.window is None:
+        return ()
+    from scenarios.setup.at_sea.window import require_water, window_facts, window_remarks  # only such a run pays for it
 
-    fluid, step = spec.fluid, spec.run.communication_step
     sea = build_sea(spec.sea_at(level), spec)
-    beyond = require_water(spec.window.target, window, solids, level) if solids else ()
-    remarks = window_remarks(spec.window.target, window, sea, spec.booms, spec.places)
-    steps = fluid_steps(window, fluid.gravity, step)
-    return (window_fact(window, steps), *remarks, *beyond), steps
+    beyond = require_water(spec.window.target, windows[-1], solids, level) if solids else ()
+    remarks = window_remarks(spec.window.target, windows, sea, spec.booms, spec.places)
+    return (*window_facts(windows, spec.fluid.gravity, spec.run.communication_step), *remarks, *beyond)
 
 
 def _start(spec: RunSpec) -> tuple[Mapping[str, Array], Mapping[str, str], Sequence[Solid], float, tuple[str, ...]]:

@@ -59,19 +59,20 @@ def describe_run(simulators: Simulators, *, text: str, overrides: Sequence[str])
 
 
 def describe_windows(simulators: Simulators) -> tuple[WindowDescription, ...]:
-    """Describe the window of a run; empty without one."""
-    table, window = simulators.scenario.window, simulators.window
-    if table is None or window is None:
+    """Describe the window of a run, then its outer one; empty without one."""
+    table, windows = simulators.scenario.window, simulators.windows
+    if table is None:
         return ()
-    settings = window.settings
-    return (
+    names = ("window",) if len(windows) == 1 else ("inner", "outer")
+    return tuple(
         WindowDescription(
-            name="window",
+            name=name,
             target=_target_in_words(table.target, simulators.scenario),
-            size=settings.whole_size,
+            size=window.settings.whole_size,
             depth=window.depth,
-            spacing=settings.spacing,
-        ),
+            spacing=window.settings.spacing,
+        )
+        for name, window in zip(names, windows, strict=True)
     )
 
 

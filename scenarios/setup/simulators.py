@@ -47,9 +47,9 @@ class Simulators:
     if nothing is coupled; left_out: what bodies take of the liquid at the start, in words, by region; thin: what is to be told of bodies
     too thin for their particles and of booms, by name; notes: what was mended of bodies' meshes, in words; sea: as it is now;
     facts: what comes of windows' resolution, in words;
-    slicks: the oil that is parcels, one slick or none; skimmers: what takes it off the water; window: the box of particles of a
-    run at sea, which has `fluid`; None in other runs; areas: outlines [m] of those that are sensitive, by name; land: polygons; chart: of
-    the site.
+    slicks: the oil that is parcels, one slick or none; skimmers: what takes it off the water; windows: the box of particles of a run at
+    sea, which has `fluid`, and the outer one around it, if there is one; areas: outlines [m] of those that are sensitive, by name; land:
+    polygons; chart: of the site.
     """
 
     scenario: RunSpec
@@ -68,14 +68,14 @@ class Simulators:
     facts: tuple[str, ...] = ()
     slicks: tuple[SlickParticipant, ...] = ()
     skimmers: tuple[SkimmingParticipant, ...] = ()
-    window: Window | None = None
+    windows: tuple[Window, ...] = ()
     areas: Mapping[str, Sequence[Corners]] = field(default_factory=dict)
     chart: ChartImage | None = None
     land: Sequence[Polygon] = ()
 
     def positions(self, phase: str, time: float) -> NDArray[np.float32]:
         """Return where the particles (N, 3) [m] of a phase are at `time` [s], in the order of their ids."""
-        return self.fluid.phase_positions(phase) if self.window is None else self.window.phase_places(phase, time)
+        return self.windows[0].phase_places(phase, time) if self.windows else self.fluid.phase_positions(phase)
 
     def wrench(self, body: str) -> NDArray[np.float64]:
         """Return the wrench (6,) [N, N m] of the fluid, or of the sea without particles, on a body; 0 on a body that neither meets."""
@@ -133,15 +133,17 @@ def _with_window(spec: RunSpec, table: WindowTable, layout: Layout) -> Simulator
     """Put a window of particles into the sea; ScenarioError for bodies that cannot be sampled."""
     from scenarios.setup.at_sea.window import build_window, couple_window, exchange_oil, require_water, target_of
 
-    settings = table.settings(spec.fluid)
-    beyond = require_water(table.target, settings, layout.solids, layout.waters.level)
-    window = build_window(settings, spec, spec.run.threads, layout.sea)
+    settings, *around = table.boxes(spec.fluid)
+    beyond = require_water(table.target, (settings, *around)[-1], layout.solids, layout.waters.level)
+    outer = [build_window(one, spec, spec.run.threads, layout.sea) for one in around]
+    window = build_window(settings, spec, spec.run.threads, layout.sea, *outer)
+    windows = (window, *outer)
     wetted = [solid for solid in layout.solids if solid.wetted]
     target, slicks = target_of(table.target, layout.fleet), _slicks(spec, layout)
     for slick in slicks:
         exchange_oil(window, slick, [name for name, phase in spec.phases.items() if phase.is_oil])
-    bodies = couple_window(window, target, wetted, layout.world, [body for slick in slicks for body in slick.bodies])
-    notes, facts = _told(spec, table, layout, window)
+    bodies = couple_window(windows, target, wetted, layout.world, [body for slick in slicks for body in slick.bodies])
+    notes, facts = _told(spec, table, layout, windows)
     return Simulators(
         scenario=spec,
         level=layout.waters.level,
@@ -159,22 +161,23 @@ def _with_window(spec: RunSpec, table: WindowTable, layout: Layout) -> Simulator
         facts=(*facts, *layout.chart.facts),
         slicks=slicks,
         skimmers=_skimmers(spec.skimmers, layout, slicks),
-        window=window,
+        windows=windows,
         chart=layout.chart.image,
     )
 
 
-def _told(spec: RunSpec, table: WindowTable, layout: Layout, window: Window) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _told(
+    spec: RunSpec, table: WindowTable, layout: Layout, windows: Sequence[Window]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return warnings and facts of a run with a window, which follows its target already."""
-    from scenarios.setup.at_sea.window import booms_in_rim, segments_borne, window_fact, window_remarks
-    from scenarios.spec.window_choice import fluid_steps
+    from scenarios.setup.at_sea.window import booms_in_rim, segments_borne, window_facts, window_remarks
 
-    booms, settings = layout.fleet.booms, window.settings
+    booms, window, sizes = layout.fleet.booms, windows[0], [one.settings for one in windows]
     mended = (note for solid in layout.solids for note in solid.notes)
-    remarks = window_remarks(table.target, settings, layout.sea, spec.booms, spec.places)
-    fact = window_fact(settings, fluid_steps(settings, spec.fluid.gravity, spec.run.communication_step))
+    remarks = window_remarks(table.target, sizes, layout.sea, spec.booms, spec.places)
+    facts = window_facts(sizes, spec.fluid.gravity, spec.run.communication_step)
     return (*mended, *spec.left_out_in_words, *remarks, *booms_in_rim(window, booms)), (
-        fact,
+        *facts,
         *segments_borne(window, booms),
     )
 

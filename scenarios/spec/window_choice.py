@@ -1,8 +1,9 @@
 """The resolution of a window: `spacing = "live"` or `"fine"` becomes numbers before a run begins, and what comes of them is told.
 
-A window is sized by the draft of the boom, vessel or deepest skirt that it follows: SIDES drafts wide and DEPTH drafts deep. "fine" has
-FINE particles to the draft. "live" has as many, from COARSE to FINE, as this machine computes in real time, by its speed measured on a
-small window. The run then has numbers, so that it can be repeated elsewhere.
+A window is sized by the draft of the boom, vessel or deepest skirt that it follows: SIDES drafts wide and DEPTH drafts deep. "live" has as
+many particles to the draft, from COARSE to FINE, as this machine computes in real time, by its speed measured on a small window. "fine"
+has FINE in a window INNER_SIDES drafts wide, and half as many in an outer one of SIDES. The run then has numbers, so that it can be
+repeated elsewhere.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ import numpy as np
 
 from oilsim import Phase
 from oilsim.sea import Sea, SeaDescription
-from oilsim.window.settings import WindowSettings
+from oilsim.window.settings import WindowSettings, fluid_steps
 from oilsim.window.window import Window
-from scenarios.schema.window import WindowTable
+from scenarios.schema.window import OuterWindow, WindowTable
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -29,6 +30,8 @@ SIDES = 21.0
 DEPTH = 2.7
 # [1] particles to the draft of a fine window; tuned; twice as many cost twelve times as much
 FINE = 8.0
+# [drafts] across the window of fine particles; tuned; the pool at an apex in its middle
+INNER_SIDES = 10.0
 # [1] particles to the draft at least; numerical; fewer do not show a skirt
 COARSE = 3.0
 # [1] spacings that are tried from FINE to COARSE; numerical; a twentieth of the difference apart
@@ -52,6 +55,10 @@ def chosen(scenario: Scenario, window: WindowTable) -> WindowTable:
     if window.spacing is None:
         return window
     draft = _draft(scenario, window)
+    if window.spacing == "fine" and window.size is None and window.depth is None and window.outer is None:
+        around = OuterWindow(spacing=2.0 * draft / FINE, size=(SIDES * draft, SIDES * draft))
+        inner = (INNER_SIDES * draft, INNER_SIDES * draft)
+        return replace(window, spacing=draft / FINE, size=inner, depth=DEPTH * draft, outer=around)
     sized = replace(
         window,
         size=(SIDES * draft, SIDES * draft) if window.size is None else window.size,
@@ -83,22 +90,16 @@ def live_spacing(scenario: Scenario, window: WindowTable, draft: float, speed: f
     speed [s] of the machine for a particle and step.
     """
     spacings = [float(one) for one in draft / np.linspace(FINE, COARSE, TRIALS)]
-    trials = ((one, replace(window, spacing=one).settings(scenario.fluid)) for one in spacings)
-    return next((one for one, settings in trials if _load(scenario, settings, speed) <= SHARE), spacings[-1])
+    trials = ((one, replace(window, spacing=one).boxes(scenario.fluid)) for one in spacings)
+    return next((one for one, boxes in trials if _load(scenario, boxes, speed) <= SHARE), spacings[-1])
 
 
-def _load(scenario: Scenario, settings: WindowSettings, speed: float) -> float:
+def _load(scenario: Scenario, boxes: Sequence[WindowSettings], speed: float) -> float:
     """Return the time [s] that a simulated second takes if no water sleeps, at a `speed` [s] of each particle and step."""
-    step = scenario.run.communication_step
+    step, gravity = scenario.run.communication_step, scenario.fluid.gravity
     moving = len(scenario.vessels) + sum(boom.segments for boom in scenario.booms.values())
-    return (
-        settings.particle_count * fluid_steps(settings, scenario.fluid.gravity, step) * speed + moving * BODY_SECONDS
-    ) / step
-
-
-def fluid_steps(settings: WindowSettings, gravity: Sequence[float], step: float) -> int:
-    """Return the steps that the particles make in a communication step [s] under a gravity (3,) [m/s2]."""
-    return max(1, math.ceil(step / settings.longest_time_step(float(np.linalg.norm(gravity))) - 1e-9))
+    moved = sum(one.particle_count * fluid_steps(one, gravity, step) for one in boxes)
+    return (moved * speed + len(boxes) * moving * BODY_SECONDS) / step
 
 
 @cache

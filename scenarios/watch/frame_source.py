@@ -34,7 +34,7 @@ from scenarios.setup.simulators import Simulators
 from scenarios.watch.run_accounts import RunAccounts
 from scenarios.watch.sea_surface import SeaSurface
 from scenarios.watch.slick_oil import phase_of
-from scenarios.watch.water_surface import sea_with_window, tank_surface
+from scenarios.watch.water_surface import sea_with_windows, tank_surface
 
 SPATIAL = 3  # [1] dimensions of a run that is no slice
 Reading = Callable[[], Mapping[str, float]]
@@ -101,10 +101,10 @@ class FrameReader:
         parcels = [slick.slick.parcels for slick in simulators.slicks]
         oil = [one.position[one.there()] for one in parcels]
         around = np.concatenate([places, *oil])
-        window = simulators.window
-        if window is None or window.settings.dimension < SPATIAL:
+        windows = simulators.windows
+        if not windows or windows[0].settings.dimension < SPATIAL:
             return self._sea_surface.frame(sea, time, around)
-        return sea_with_window(sea, time, around, window)
+        return sea_with_windows(sea, time, around, windows)
 
     def _tank_surface(self, tank: Tank, time: float) -> SurfaceFrame | None:
         """Return the surface of the particles of all liquids but oil; None without any, in a slice, and where gravity is not downwards."""
@@ -121,11 +121,11 @@ class FrameReader:
         return next(films, None)
 
     def _middles(self, time: float) -> dict[str, float]:
-        """Return the place [m] of the window's middle at `time` [s], by the names of its series; empty without one."""
-        window = self._simulators.window
-        if window is None:
-            return {}
-        return dict(zip(self._windows[0].middle_series, window.middle(time).tolist(), strict=True))
+        """Return the places [m] of the windows' middles at `time` [s], by the names of their series; empty without one."""
+        series = dict[str, float]()
+        for told, window in zip(self._windows, self._simulators.windows, strict=True):
+            series |= dict(zip(told.middle_series, window.middle(time).tolist(), strict=True))
+        return series
 
     def _moorings(self) -> dict[str, float]:
         """Return the tension [N] of each tie, reel and mooring leg, how far [m] its anchor has dragged, and where [m] it is."""

@@ -43,13 +43,17 @@ def tank_surface(places: Array, spacing: float, lower: Sequence[float], upper: S
     )
 
 
-def sea_with_window(sea: Sea, time: float, places: Array, window: Window) -> SurfaceFrame:
-    """Return the surface of a sea at `time` [s] around places (N, 2) [m], with that of the window's particles in it."""
-    (low, high), box = _corners(window, time), box_around(places)
+def sea_with_windows(sea: Sea, time: float, places: Array, windows: Sequence[Window]) -> SurfaceFrame:
+    """Return the surface of a sea at `time` [s] around places (N, 2) [m], with that of the windows' particles in it, the finest first."""
+    (low, high), box = _corners(windows[0], time), box_around(places)
     x, y = (lines_with_window(box[axis], box[axis + 2], low[axis], high[axis]) for axis in (0, 1))
     height = sea.grid_elevation(x, y, time)
     crossings = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    height += _raised(sea, time, window, low, high)(crossings)
+    raised = np.zeros(height.shape)
+    for window in reversed(windows):
+        own, share = np.moveaxis(_raised(sea, time, window)(crossings), -1, 0)
+        raised = (1.0 - share) * raised + own
+    height += raised
     return SurfaceFrame(x=x, y=y, height=height.astype(np.float32), box=box)
 
 
@@ -60,14 +64,14 @@ def _corners(window: Window, time: float) -> tuple[Array, Array]:
     return middle - half, middle + half
 
 
-def _raised(sea: Sea, time: float, window: Window, low: Array, high: Array) -> RegularGridInterpolator:
-    """Return how far [m] the water of a window between two corners (2,) [m] stands above the sea, as a function of places; 0 outside.
+def _raised(sea: Sea, time: float, window: Window) -> RegularGridInterpolator:
+    """Return, as a function of places, how far [m] the water of a window stands above the sea times its share [1], and the share.
 
-    The one passes into the other across the window's rim. Where a body takes all of a column, the sea's stands for it.
+    The share is 1 in the middle, falls across the rim and is 0 outside. Where a body takes all of a column, the sea's water stands for it.
     """
     from scipy.interpolate import RegularGridInterpolator  # a twentieth of a second, for runs with a window
 
-    spacing = window.settings.spacing
+    spacing, (low, high) = window.settings.spacing, _corners(window, time)
     rest = window.rim.about_center(window.fluid.particles.position.T)
     upper = rest[rest[:, 2] > sea.description.level - UPPER * spacing]
     x, y = (_even_lines(low[axis], high[axis], spacing) for axis in (0, 1))
@@ -75,7 +79,7 @@ def _raised(sea: Sea, time: float, window: Window, low: Array, high: Array) -> R
     inward = [np.minimum(at - at[0], at[-1] - at) for at in (x, y)]
     share = np.clip(np.minimum.outer(*inward) / window.settings.width, 0.0, 1.0)
     smooth = share * gaussian_filter(np.where(np.isnan(own), 0.0, own), SOFT, mode="nearest")
-    return RegularGridInterpolator((x, y), smooth, bounds_error=False, fill_value=0.0)
+    return RegularGridInterpolator((x, y), np.stack([smooth, share], axis=-1), bounds_error=False, fill_value=0.0)
 
 
 def water_height(places: Array, x: Array, y: Array, spacing: float) -> Array:

@@ -9,6 +9,7 @@ from tests.validation.bodies.floating import ARCHIMEDES, SUBMERGED
 from tests.validation.bodies.flumes.boom_flume import BOOM_FLUME
 from tests.validation.bodies.flumes.floating_boom import FLOATING_BOOM
 from tests.validation.bodies.flumes.harbour_flume import HARBOUR_FLUME
+from tests.validation.bodies.nested_window import NESTED_WINDOW
 from tests.validation.bodies.released import HEAVE_DECAY, HEAVE_IN_SPACE, PLANE_RELEASE, RELEASE, SURFACING
 from tests.validation.bodies.towed_cylinder import TOWED_CYLINDER
 from tests.validation.bodies.towing import TOWED_PLATE, TOWED_SKIRT
@@ -46,7 +47,7 @@ CASES: tuple[Case, ...] = tuple(
             PLANAR_SLICK, ARCHIMEDES, SUBMERGED, RELEASE, PLANE_RELEASE, SURFACING, BOOM_IN_WAVES, HEAVE_DECAY, HEAVE_IN_SPACE, TOWED_PLATE,
             TOWED_SKIRT, TOWED_CYLINDER, BOOM_FLUME, BOOM_LOSSES, BOOM_RAMP, BOOM_SLICE, BOOM_ROUNDING, HARBOUR_FLUME, BOOM_HELD_OUT,
             THICK_REST, SETTLING_SPHERE, WAVE_DRIFT, WITHOUT_PARTICLES, WINDOW_RIM, WINDOW_AGREEMENT, INTERFACIAL_DROP, RISING_BUBBLE,
-            INTERFACE_SHEAR, CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME, THICK_TOW, CORNER_JET, FLOATING_BOOM,
+            INTERFACE_SHEAR, CONTACT_ANGLE, DROP_IN_AIR, FRONT_IN_AIR, WAVE_FLUME, THICK_TOW, CORNER_JET, FLOATING_BOOM, NESTED_WINDOW,
             PAPER_CALM, PAPER_WIND, PAPER_ROCK, PAPER_TIMING,
         ),
         key=lambda case: case.number,

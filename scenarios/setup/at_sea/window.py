@@ -24,8 +24,8 @@ from oilsim import BoundaryParticles, Phase
 from oilsim.sea import Sea
 from oilsim.window.oil_exchange import OilExchange
 from oilsim.window.rim import share_kept
-from oilsim.window.settings import WindowSettings
-from oilsim.window.surface_motion import WindowFlow
+from oilsim.window.settings import WindowSettings, fluid_steps
+from oilsim.window.water_motion import WindowFlow
 from oilsim.window.window import Window
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
@@ -40,28 +40,41 @@ Array = NDArray[np.float64]
 COLUMNS = 16
 
 
-def build_window(settings: WindowSettings, liquid: RunSpec, threads: int | None, sea: Sea) -> Window:
+def build_window(
+    settings: WindowSettings, liquid: RunSpec, threads: int | None, sea: Sea, outer: Window | None = None
+) -> Window:
     """Fill the window of a run with water; other liquids come later."""
     phases = sorted(liquid.phases.items(), key=lambda item: item[1].is_oil)
     liquids = tuple(
         Phase(name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, adhesion=phase.adhesion)
         for name, phase in phases
     )
-    return Window(settings, sea, liquids, threads)
+    return Window(settings, sea, liquids, threads, outer)
 
 
 def couple_window(
-    window: Window, target: Target, wetted: Sequence[Solid], world: RigidBodyWorld | None, followed: Sequence[str]
+    windows: Sequence[Window],
+    target: Target,
+    wetted: Sequence[Solid],
+    world: RigidBodyWorld | None,
+    followed: Sequence[str],
 ) -> CoupledBodies:
-    """Couple the window with all bodies that may meet it; formulas load the bodies with what it leaves.
+    """Couple a window, or one and its outer one, with all bodies that may meet it; formulas load the bodies with what it leaves.
 
     followed: names of the bodies whose poses the slick asks for. ScenarioError for bodies that cannot be sampled.
     """
-    met = [] if world is None else wetted
-    participant = WindowParticipant(FLUID, window, _window_bodies(window, met), target)
-    window.follow(target({} if world is None else {solid.name: world.pose(solid.name) for solid in met}), 0.0)
+    met, window = [] if world is None else wetted, windows[0]
+    there = target({} if world is None else {solid.name: world.pose(solid.name) for solid in met})
+    for each in windows:
+        each.follow(there, 0.0)
+    bodies = [_window_bodies(each, met) for each in windows]
+    participant = WindowParticipant(FLUID, windows[-1], bodies[-1], target)
+    if len(windows) > 1:
+        from coupling.participants.nested_window import NestedWindowParticipant  # of few runs
+
+        participant = NestedWindowParticipant(FLUID, window, bodies[0], target, participant)
     if world is not None and world.environment is not None:
-        world.change_environment(SharedEnvironment(world.environment, world.loaded_names, participant.shares))
+        world.change_environment(SharedEnvironment(world.environment, world.loaded_names, participant.all_shares))
     requested = None if world is None else Requested(world.body_names, followed)
     return couple_participant(participant, window.fluid, tuple(solid.name for solid in met), world, requested=requested)
 
@@ -221,27 +234,30 @@ def _boom_shares(window: Window, booms: Mapping[str, BoomLayout]) -> Iterator[tu
             yield boom, shares
 
 
-def window_fact(settings: WindowSettings, steps: int) -> str:
-    """Say what comes of the window's resolution, with `steps` of its particles in one of the communication."""
-    size, spacing = settings.whole_size, settings.spacing
-    return (
-        f"window: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
-        f" {settings.particle_count:,} particles of {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step; oil"
-        f" thinner than {spacing:.3g} m stays parcels"
-    )
+def window_facts(windows: Sequence[WindowSettings], gravity: Sequence[float], step: float) -> Iterator[str]:
+    """Say what comes of the resolution of a window, and of its outer one, under a gravity (3,) [m/s2] and with communication steps [s]."""
+    for name, settings in zip(("window", "outer window"), windows, strict=False):
+        size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(settings, gravity, step)
+        yield (
+            f"{name}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
+            f" {settings.particle_count:,} particles of {spacing:.3g} m in {steps} step{'s' * (steps > 1)} a communication step"
+            + f"; oil thinner than {spacing:.3g} m stays parcels"
+            * (settings is windows[0])
+        )
 
 
 def window_remarks(
     target: str | Point2,
-    settings: WindowSettings,
+    windows: Sequence[WindowSettings],
     sea: Sea,
     booms: Mapping[str, BoomSettings],
     others: Sequence[Point2],
 ) -> Iterator[str]:
-    """Say what is wrong with the size, the place and the particles of the window though it can be run.
+    """Say what is wrong with the size, the place and the particles of a window, and of its outer one, though it can be run.
 
     others: places (x, y) [m] of vessels and bodies at the start.
     """
+    settings, widest = windows[0], windows[-1]
     for boom, its in booms.items():
         deep = round(its.skirt_depth / settings.spacing, 1)
         if deep < COARSE:
@@ -249,14 +265,14 @@ def window_remarks(
                 f"window: the skirt of boom {boom!r} is {deep:.1f} particles deep, which hardly"
                 f" shows it; {its.skirt_depth / COARSE:.3g} m or less would be better"
             )
-    reach = 0.5 * max(settings.whole_size) + max((its.length for its in booms.values()), default=0.0)
+    reach = 0.5 * max(widest.whole_size) + max((its.length for its in booms.values()), default=0.0)
     if not isinstance(target, str) and others and all(math.dist(target, at) > reach for at in others):
         x, y = target
         yield (
             f"window: no body comes near {x:g}, {y:g} at the start, so its water rests; window.target can be a boom, a vessel"
             " or a body"
         )
-    yield from _short_rim(settings, sea)
+    yield from _short_rim(widest, sea)
 
 
 def _short_rim(settings: WindowSettings, sea: Sea) -> Iterator[str]:

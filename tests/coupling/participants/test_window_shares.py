@@ -82,7 +82,7 @@ def test_shares_of_window_and_formulas_sum_to_one(
         def loads(self, time: float, pose: np.ndarray, twist: np.ndarray) -> BodyLoads:
             return load
 
-    left = SharedEnvironment(Even(), (NAME,), one.shares).loads(TIME, pose[None], np.zeros((1, 6)))
+    left = SharedEnvironment(Even(), (NAME,), one.all_shares).loads(TIME, pose[None], np.zeros((1, 6)))
     for formulas, whole in zip(left, load, strict=True):
         np.testing.assert_allclose(formulas + found * whole, whole, rtol=1e-12)
 

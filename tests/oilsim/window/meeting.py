@@ -18,7 +18,7 @@ from oilsim.slick.parcels import ParcelState
 from oilsim.slick.slick import Slick, SlickSettings
 from oilsim.window.oil_exchange import OilExchange
 from oilsim.window.settings import WindowSettings
-from oilsim.window.surface_motion import WindowFlow
+from oilsim.window.water_motion import WindowFlow
 from oilsim.window.window import Window
 from tests.oilsim.slick.flows import UniformFlow
 

@@ -59,14 +59,17 @@ ballast_fraction = 0.7
 """
 
 
-@pytest.fixture
-def assembly(tmp_path: Path) -> Assembly:
+NESTED = ("window.outer={spacing=0.3, size=[6.0, 6.0]}", "window.depth=1.2")
+
+
+@pytest.fixture(params=[(), NESTED], ids=["alone", "nested"])
+def assembly(request: pytest.FixtureRequest, tmp_path: Path) -> Assembly:
     (tmp_path / "boom.toml").write_text(SCENARIO)
-    return build(load_scenario(tmp_path / "boom.toml").scenario)
+    return build(load_scenario(tmp_path / "boom.toml", overrides=request.param).scenario)
 
 
 def test_a_boom_through_a_window_has_one_load_and_repeats_its_steps(assembly: Assembly) -> None:
-    """Shares of the window and the formulas sum to one, and a restart repeats all."""
+    """Shares of the windows and the formulas sum to one, and a restart repeats all."""
     simulation, world, fluid = assembly.co_simulation(), assembly.world, assembly.fluid_participant
     assert world is not None and isinstance(fluid, WindowParticipant)
     simulation.initialize()
@@ -77,6 +80,11 @@ def test_a_boom_through_a_window_has_one_load_and_repeats_its_steps(assembly: As
     assert ((shares > 0.01) & (shares < 0.99)).any(), "a segment lies in the rim"
     assert (shares == 0.0).any(), "a segment lies outside"
     assert shares.max() <= 1.0
+    if len(fluid.all_shares) > 1:
+        outer = fluid.all_shares[1].at(0.05)
+        assert (outer[shares == 1.0] == 0.0).all()
+        assert outer.max() > 0.5, "the outer window bears most of a segment"
+        assert (shares + outer).max() <= 1.0
     saved, ends = simulation.save_state(), []
     for _ in range(2):
         for _ in range(2):

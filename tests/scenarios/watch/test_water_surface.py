@@ -10,7 +10,7 @@ from oilsim.sea import RegularWaves, Sea, SeaDescription
 from oilsim.window.settings import WindowSettings
 from oilsim.window.window import Window
 from scenarios.watch.sea_surface import INNER_LINES, OUTER_LINES
-from scenarios.watch.water_surface import WINDOW_CELLS, lines_with_window, sea_with_window, tank_surface, water_height
+from scenarios.watch.water_surface import WINDOW_CELLS, lines_with_window, sea_with_windows, tank_surface, water_height
 
 SPACING = 0.05
 
@@ -70,7 +70,7 @@ def test_a_window_shows_its_own_water_in_the_sea():
     around = np.array([[-20.0, -20.0], [20.0, 20.0]])
 
     def difference() -> np.ndarray:
-        surface = sea_with_window(sea, 1.0, around, window)
+        surface = sea_with_windows(sea, 1.0, around, [window])
         return surface.height - sea.grid_elevation(surface.x, surface.y, 1.0)
 
     assert np.abs(difference()).max() < 0.15 * 0.25  # of a spacing
