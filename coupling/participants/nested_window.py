@@ -55,9 +55,13 @@ class NestedWindowParticipant(WindowParticipant):
         assert self.window.around is not None
         self.window.around.measure(time + step_size)
         result = super().do_step(time, step_size)
+        own, beyond = self.shares.values, self._outer.shares.values
         for n, name in enumerate(self._bodies):
             self._found[n] = self._outputs[f"{name}.wrench"]
             self._outputs[f"{name}.wrench"] = self._found[n] + around[n]
+            if beyond[n] > 0.0:
+                expected = [one._outputs[f"{name}.predicted_twist"] for one in (self, self._outer)]
+                self._outputs[f"{name}.predicted_twist"] = np.average(expected, 0, (own[n], beyond[n]))
         rest = 1.0 - self.shares.later
         self._outer.shares.announce(rest * self._outer.shares.later, time + step_size)
         return result

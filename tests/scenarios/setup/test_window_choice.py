@@ -27,7 +27,9 @@ def test_metres_and_fine_are_spacings_and_a_size_by_the_skirt() -> None:
     assert (window.settings(given.fluid).spacing, window.size) == (0.2, (16.0, 16.0))
     fine = numbered(sweep('window={target="main", spacing="fine"}'))
     window = fine.window
-    assert window.size == pytest.approx((21.0 * SKIRT, 21.0 * SKIRT))
+    assert window.size == pytest.approx((12.0 * SKIRT, 12.0 * SKIRT))
+    assert window.outer.size == pytest.approx((21.0 * SKIRT, 21.0 * SKIRT))
+    assert window.outer.spacing == pytest.approx(2.0 * SKIRT / FINE)
     assert window.settings(fine.fluid).spacing == fine.fluid.particle_spacing == pytest.approx(SKIRT / FINE)
     assert numbered(fine) is fine
 
@@ -54,6 +56,23 @@ def test_exercises_offer_a_window_at_the_apex_or_the_skimmer(name: str, fidelity
     assert draft / window.spacing_in(scenario.fluid) > 0.99 * least
 
 
+def test_an_outer_window_costs_its_own_particles_and_is_told() -> None:
+    alone = sweep("window.size=[6.0, 6.0]", "window.depth=1.25", "window.spacing=0.125")
+    nested = sweep(
+        "window.size=[6.0, 6.0]",
+        "window.depth=1.25",
+        "window.spacing=0.125",
+        "window.outer={spacing=0.25, size=[16.0, 16.0]}",
+    )
+    one, both = estimate(alone), estimate(nested)
+    assert sum(both.particles.values()) - sum(one.particles.values()) == 64 * 64 * 5
+    assert both.seconds > one.seconds
+    assert "outer window: 16 by 16 m, 1.25 m deep, 20,480 particles of 0.25 m" in "\n".join(both.told)
+    speeds = (3e-8, 1e-7, 3e-7)
+    finest = [[live_spacing(one, one.window, SKIRT, speed) for speed in speeds] for one in (alone, nested)]
+    assert finest[0] < finest[1], "the outer window's time is not there for the inner one"
+
+
 def test_check_tells_what_comes_of_it() -> None:
     told = "\n".join(estimate(sweep("window.size=[8.0, 8.0]", "window.depth=1.2")).told)
     assert "window: 8 by 8 m, 1.25 m deep, 5,120 particles of 0.25 m in 1 step a" in told
@@ -70,6 +89,17 @@ def test_check_tells_what_comes_of_it() -> None:
         ("window.spacing=-1.0", "window.spacing", "above 0"),
         ('window.spacing="best"', "window.spacing", "'live', 'fine'"),
         ('window={target="main"}', "window", "size and depth are not both given"),
+        ("window.outer={spacing=0.5, size=[30.0, 30.0]}", "window", "outer.size leaves 15 by 15 m between its rims"),
+        (
+            "window.outer={spacing=0.1, size=[40.0, 40.0]}",
+            "window",
+            "outer.spacing is 0.1 m, allowed: 0.25 m, the window's, or more",
+        ),
+        (
+            "window.outer={spacing=0.6, size=[40.0, 40.0]}",
+            "window",
+            "outer: depth is 2 m, allowed: 4 spacings of 0.6 m",
+        ),
     ],
 )
 def test_bad_detail_is_refused(setting: str, place: str, text: str) -> None:
