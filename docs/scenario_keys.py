@@ -129,6 +129,7 @@ CHAPTERS: tuple[tuple[str, tuple[type, ...]], ...] = (
     ("land.NAME", (sea.LandSettings,)),
     ("areas.NAME", (sea.AreaSettings,)),
     ("window", (window.WindowTable,)),
+    ("window.outer", (window.OuterWindow,)),
     ("bodies.NAME", get_args(bodies.Body)),
     ("bodies.NAME.motion", get_args(bodies.Motion)),
     ("vessels.NAME", (exercise.VesselSettings,)),

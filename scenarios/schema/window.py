@@ -37,7 +37,7 @@ class WindowTable(Section):
              place (x, y) [m]
     spacing  [m] of the particles, by default fluid.particle_spacing; "live": the finest that this machine computes in real time;
              "fine": 8 to a skirt. With "live", size and depth may be left out: they are 21 and 2.7 drafts of the target; with "fine",
-             12 and 2.7, in an outer window of 21 drafts with 4 particles to a skirt
+             10 and 2.7, in an outer window of 21 drafts with 4 particles to a skirt
     size    [m] along x and y
     depth   [m] of its water; the sea's own motion feels no floor there
     rim     [m] width of the zone along each side where what bodies add comes to rest, or to the motion of the outer window; by default a

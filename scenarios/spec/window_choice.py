@@ -31,7 +31,7 @@ DEPTH = 2.7
 # [1] particles to the draft of a fine window; tuned; twice as many cost twelve times as much
 FINE = 8.0
 # [drafts] across the window of fine particles; tuned; the pool at an apex in its middle
-INNER_SIDES = 12.0
+INNER_SIDES = 10.0
 # [1] particles to the draft at least; numerical; fewer do not show a skirt
 COARSE = 3.0
 # [1] spacings that are tried from FINE to COARSE; numerical; a twentieth of the difference apart

@@ -27,7 +27,7 @@ def test_metres_and_fine_are_spacings_and_a_size_by_the_skirt() -> None:
     assert (window.settings(given.fluid).spacing, window.size) == (0.2, (16.0, 16.0))
     fine = numbered(sweep('window={target="main", spacing="fine"}'))
     window = fine.window
-    assert window.size == pytest.approx((12.0 * SKIRT, 12.0 * SKIRT))
+    assert window.size == pytest.approx((10.0 * SKIRT, 10.0 * SKIRT))
     assert window.outer.size == pytest.approx((21.0 * SKIRT, 21.0 * SKIRT))
     assert window.outer.spacing == pytest.approx(2.0 * SKIRT / FINE)
     assert window.settings(fine.fluid).spacing == fine.fluid.particle_spacing == pytest.approx(SKIRT / FINE)

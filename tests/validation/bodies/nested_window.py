@@ -185,15 +185,13 @@ NESTED_WINDOW = Case(
     length_symbol="s",
     resolutions=(4, 6),
     quantities=(
-        *(Quantity(name=f"load, {name}", unit="ρ U²/2 A", reference=0.0, scale=1.0) for name in WAYS),
-        Quantity(name="load beyond that everywhere, nested", unit="ρ U²/2 A", reference=0.0, scale=1.0, gate=0.25),
-        Quantity(name="load beyond that everywhere, alone", unit="ρ U²/2 A", reference=0.0, scale=1.0),
-        Quantity(name="height, nested", unit="of that everywhere", reference=1.0, gate=0.05),
-        Quantity(name="height, alone", unit="of that everywhere", reference=1.0),
+        *(Quantity(name=f"load, {name}", unit="1", reference=0.0, scale=1.0) for name in WAYS),
+        Quantity(name="load beyond that everywhere, nested", unit="1", reference=0.0, scale=1.0, gate=0.25),
+        Quantity(name="load beyond that everywhere, alone", unit="1", reference=0.0, scale=1.0),
+        Quantity(name="height, nested", unit="1", reference=1.0, gate=0.05),
+        Quantity(name="height, alone", unit="1", reference=1.0),
         *(
-            Quantity(
-                name=f"wave that comes back, {name}", unit="of that which goes out", reference=0.0, scale=1.0, gate=gate
-            )
+            Quantity(name=f"wave that comes back, {name}", unit="1", reference=0.0, scale=1.0, gate=gate)
             for name, gate in zip(WAYS, (None, 0.1, None), strict=True)
         ),
     ),
