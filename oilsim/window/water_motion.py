@@ -11,10 +11,10 @@ import numpy as np
 
 from oilsim.backend.arrays import Array
 from oilsim.backend.jit import njit
+from oilsim.window.window import Window
 
 if TYPE_CHECKING:
     from oilsim.slick.slick import SurfaceFlow
-    from oilsim.window.window import Window
 
 # [d] across a cell; numerical; some eight particles
 CELL = 2.0

@@ -25,7 +25,7 @@ Gauss along each. So waves much shorter than a body do not move it.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -39,7 +39,6 @@ from oilsim.sea import Sea
 from oilsim.window.rim import Rim
 from oilsim.window.sea_motion import SeaMotion
 from oilsim.window.settings import WindowSettings
-from oilsim.window.water_motion import WaterMotion
 
 # [d] of air above the level at least; numerical; splashes that go higher leave the run and are counted
 HEADROOM = 8.0
@@ -49,10 +48,20 @@ MARGIN = 1.0
 SLEEP_MARGIN = 1.0
 
 
+class Around(Protocol):
+    """The motion of the water around a window beyond the sea's, as `oilsim.window.water_motion` takes it from an outer window."""
+
+    def measure(self, time: float) -> None:
+        """Take the motion at `time` [s]."""
+
+    def at_rest(self, places: Array) -> Array:
+        """Return the velocity (N, 3) [m/s] at places at rest (N, 3) [m], as last measured."""
+
+
 class Window:
     """A fluid in the places at rest of a sea, and the rim around its middle. `fluid` takes bodies, oil and forcings as any other.
 
-    around: the motion of the water of an outer window, in which this one lies; None without one. It counts as last measured.
+    around: the motion of the water of an outer window, in which this one lies; None without one.
     """
 
     def __init__(
@@ -61,11 +70,11 @@ class Window:
         sea: Sea,
         phases: tuple[Phase, ...],
         threads: int | None = None,
-        outer: Window | None = None,
+        around: Around | None = None,
     ) -> None:
         """Fill the window with the first phase, at rest."""
         self.settings = settings
-        self.around = None if outer is None else WaterMotion(outer, whole=True)
+        self.around = around
         spacing, dimension = settings.spacing, settings.dimension
         level, gravity = sea.description.level, sea.description.gravity
         along = (0, 1) if dimension == 3 else (0,)
@@ -91,9 +100,8 @@ class Window:
         self.motion = SeaMotion(sea, self.fluid.context.team)
         walls = tank_walls(lower, upper, spacing, sides=("-z",), periodic=config.periodic, dimension=dimension)
         self.fluid.add_boundary(walls)
-        around = None if self.around is None else self.around.at_rest
-        self.rim = Rim(settings.whole_size, settings.width, gravity, along, around)
-        self.fluid.add_forcing(self.rim, calms=outer is None)
+        self.rim = Rim(settings.whole_size, settings.width, gravity, along, None if around is None else around.at_rest)
+        self.fluid.add_forcing(self.rim, calms=around is None)
         water = block(lower, (half[0], half[1], level), spacing, dimension)
         self.fluid.add_particles(water, phase=phases[0].name)
 

@@ -25,7 +25,7 @@ from oilsim.sea import Sea
 from oilsim.window.oil_exchange import OilExchange
 from oilsim.window.rim import share_kept
 from oilsim.window.settings import WindowSettings, fluid_steps
-from oilsim.window.water_motion import WindowFlow
+from oilsim.window.water_motion import WaterMotion, WindowFlow
 from oilsim.window.window import Window
 from scenarios.schema.exercise import BoomSettings, body_of
 from scenarios.schema.parsing.quantity_fields import Point2
@@ -49,7 +49,7 @@ def build_window(
         Phase(name=name, rest_density=phase.rest_density, dynamic_viscosity=phase.viscosity, adhesion=phase.adhesion)
         for name, phase in phases
     )
-    return Window(settings, sea, liquids, threads, outer)
+    return Window(settings, sea, liquids, threads, None if outer is None else WaterMotion(outer, whole=True))
 
 
 def couple_window(

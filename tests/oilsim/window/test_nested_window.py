@@ -22,7 +22,9 @@ SPEED = 0.1  # m/s of the outer water beyond the sea's
 def windows() -> Iterator[tuple[Window, Window]]:
     """A window and its outer one."""
     outer = Window(WindowSettings(size=(8.0, 8.0), depth=1.0, spacing=0.25), CURRENT, WATER, 1)
-    window = Window(WindowSettings(size=(3.0, 3.0), depth=1.0, spacing=0.125), CURRENT, WATER, 1, outer)
+    window = Window(
+        WindowSettings(size=(3.0, 3.0), depth=1.0, spacing=0.125), CURRENT, WATER, 1, WaterMotion(outer, whole=True)
+    )
     yield window, outer
     window.fluid.close()
     outer.fluid.close()
@@ -58,7 +60,13 @@ def test_an_outer_window_at_rest_changes_nothing() -> None:
     found = []
     for is_nested in (False, True):
         outer = [Window(WindowSettings(size=(8.0, 8.0), depth=1.0, spacing=0.25), CURRENT, WATER, 1)] * is_nested
-        window = Window(WindowSettings(size=(3.0, 3.0), depth=1.0, spacing=0.125), CURRENT, WATER, 1, *outer)
+        window = Window(
+            WindowSettings(size=(3.0, 3.0), depth=1.0, spacing=0.125),
+            CURRENT,
+            WATER,
+            1,
+            *[WaterMotion(one, whole=True) for one in outer],
+        )
         x, y, z = window.fluid.particles.position
         window.fluid.set_velocities(0.1 * np.stack([np.sin(y), np.cos(x), 0.0 * z]).astype(np.float32))
         window.fluid.advance(0.5)

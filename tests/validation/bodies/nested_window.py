@@ -19,6 +19,7 @@ from coupling.solids.surface_sampling import boundary_particles
 from oilsim import BoundaryParticles, Phase
 from oilsim.sea import Sea, SeaDescription
 from oilsim.window.settings import WindowSettings
+from oilsim.window.water_motion import WaterMotion
 from oilsim.window.window import Window
 from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 from tests.validation.rigid import disc
@@ -60,7 +61,8 @@ class Driven:
     def __init__(
         self, settings: WindowSettings, middle: Double, bench: Bench, bodies: list[Body], outer: Driven | None = None
     ) -> None:
-        self.window = Window(settings, STILL, (WATER,), bench.threads, None if outer is None else outer.window)
+        around = None if outer is None else WaterMotion(outer.window, whole=True)
+        self.window = Window(settings, STILL, (WATER,), bench.threads, around)
         self.bench, self.outer, self.bodies, self.middle, self.time = bench, outer, bodies, middle, 0.0
         self.handles = [self.window.fluid.add_boundary(body.surface) for body in bodies]
 
