@@ -46,35 +46,38 @@ class NestedWindowParticipant(WindowParticipant):
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Advance the outer window, then this one, to `time + step_size` [s]."""
-        self._push(self._outer, self._found)
+        free = self._all("free_acceleration", 6)
+        self._outer.free(free + self._answer(self._found))
         result = self._outer.do_step(time, step_size)
         if result.status is not Status.OK:
             return result
         around = np.array([self._outer.get(f"{name}.wrench") for name in self._bodies]).reshape(-1, 6)
-        self._push(self, around)
         assert self.window.around is not None
         self.window.around.measure(time + step_size)
+        self.free(free + self._answer(around))
         result = super().do_step(time, step_size)
+        self.free(free)
+        self._add(around)
+        rest = 1.0 - self.shares.later
+        self._outer.shares.announce(rest * self._outer.shares.later, time + step_size)
+        return result
+
+    def _answer(self, load: Array) -> Array:
+        """Return the accelerations (B, 6) with which all bodies answer loads (B, 6) [N, N m]."""
+        if not load.any():
+            return np.zeros(load.shape)
+        assert self._joint_inverse_mass is not None  # it is connected wherever there are bodies
+        return np.asarray((self._joint_inverse_mass @ load.ravel()).reshape(load.shape))
+
+    def _add(self, around: Array) -> None:
+        """Add the loads of the outer window (B, 6) [N, N m]; what each window expects of a body counts by its share."""
         own, beyond = self.shares.values, self._outer.shares.values
         for n, name in enumerate(self._bodies):
             self._found[n] = self._outputs[f"{name}.wrench"]
             self._outputs[f"{name}.wrench"] = self._found[n] + around[n]
             if beyond[n] > 0.0:
-                expected = [one._outputs[f"{name}.predicted_twist"] for one in (self, self._outer)]
+                expected = [one.expected_twist(name) for one in (self, self._outer)]
                 self._outputs[f"{name}.predicted_twist"] = np.average(expected, 0, (own[n], beyond[n]))
-        rest = 1.0 - self.shares.later
-        self._outer.shares.announce(rest * self._outer.shares.later, time + step_size)
-        return result
-
-    def _push(self, which: WindowParticipant, load: Array) -> None:
-        """Add the answer of all bodies to loads (B, 6) [N, N m] to their free accelerations in a window's step."""
-        if not load.any():
-            return
-        assert self._joint_inverse_mass is not None  # it is connected wherever there are bodies
-        pushed = (self._joint_inverse_mass @ load.ravel()).reshape(-1, 6)
-        for name, more in zip(self._bodies, pushed, strict=True):
-            key = f"{name}.free_acceleration"
-            which._inputs[key] = which._inputs[key] + more
 
     def restore_state(self, state: Any) -> None:
         """Go back to a state that `save_state` returned; TypeError for anything else."""

@@ -183,6 +183,11 @@ class WindowParticipant(FluidParticipant):
         """Return an input of all bodies (B, size)."""
         return np.array([self._inputs[f"{name}.{what}"] for name in self._bodies]).reshape(-1, size)
 
+    def free(self, acceleration: Array) -> None:
+        """Take the free accelerations (B, 6) [m/s2, rad/s2] of all bodies."""
+        for name, own in zip(self._bodies, acceleration, strict=True):
+            self._inputs[f"{name}.free_acceleration"] = own
+
     def _sea_over(self, pose: Array, twist: Array, time: float, ahead: float) -> LocalMotion:
         """Return the sea over the bodies where they will be `ahead` [s] of `time`; of bodies far from the window, none, in its rim."""
         place, count = pose[:, :3] + ahead * twist[:, :3], len(pose)
