@@ -159,9 +159,10 @@ def numbered(scenario: Scenario) -> Scenario:
         from scenarios.spec.window_choice import chosen  # only such a run pays for particles
 
         window = chosen(scenario, window)
-        fluid = replace(scenario.fluid, particle_spacing=window.spacing_in(scenario.fluid))
-        scenario = replace(scenario, window=window, fluid=fluid)
+        scenario = replace(scenario, window=window)
     depth, spacing = _sea(scenario).depth, window.spacing_in(scenario.fluid)
+    if scenario.fluid.particle_spacing != spacing:  # pictures and notes tell that of the run's particles
+        scenario = replace(scenario, fluid=replace(scenario.fluid, particle_spacing=spacing))
     if depth < LEAST_LAYERS * spacing:
         key = "fluid.particle_spacing" if window.spacing is None else "window.spacing"
         text = f"is {spacing:g} m, allowed in a window on water {depth:g} m deep: up to a quarter of that"

@@ -24,7 +24,8 @@ def sweep(*settings: str) -> Scenario:
 def test_metres_and_fine_are_spacings_and_a_size_by_the_skirt() -> None:
     given = numbered(sweep("window.spacing=0.2"))
     window = given.window
-    assert (window.settings(given.fluid).spacing, window.size) == (0.2, (16.0, 16.0))
+    assert window.settings(given.fluid).spacing == given.fluid.particle_spacing == 0.2
+    assert window.size == (16.0, 16.0)
     fine = numbered(sweep('window={target="main", spacing="fine"}'))
     window = fine.window
     assert window.size == pytest.approx((10.0 * SKIRT, 10.0 * SKIRT))
