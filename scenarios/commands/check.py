@@ -91,11 +91,11 @@ def _print_cost(console: Console, scenario: RunSpec, cost: Cost) -> None:
     console.print(table)
     for text in (*cost.left_out.values(), *cost.told):
         console.print(text, highlight=False, markup=False)
-    basis = (
-        "particle and step on two x86 cores; splashing takes longer"
-        if scenario.tanks
-        else "body and step on an x86 core"
-    )
+    basis = "body and step on an x86 core"
+    if scenario.window is not None:
+        basis = f"particle and step on this machine, as it is now, and per {basis}"
+    if scenario.tanks:
+        basis = "particle and step on two x86 cores; splashing takes longer"
     console.print(f"The estimate uses the cost per {basis}.", style="dim")
 
 

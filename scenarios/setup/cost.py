@@ -1,7 +1,8 @@
 """The cost of a scenario, estimated before it is run: particles, memory and time.
 
 Particles at the start are counted exactly. Time and memory are estimates from constants measured on a 2-core machine
-(`SECONDS_PER_PARTICLE_STEP`, `BYTES_PER_PARTICLE`, ...); splashing liquids take longer and calm ones less.
+(`SECONDS_PER_PARTICLE_STEP`, `BYTES_PER_PARTICLE`, ...), that of windows from the speed of this one; splashing liquids take longer and
+calm ones less.
 """
 
 from __future__ import annotations
@@ -83,6 +84,9 @@ def require_memory(spec: RunSpec) -> None:
     closed = _wall_measure(spec.domain, plane) if spec.in_tank else 0.0
     needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * closed / pitch ** (fluid.dimension - 1)
     needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(spec).values())}
+    windows = () if spec.window is None else spec.window.boxes(spec.fluid)
+    for key, window in zip(("window", "window.outer"), windows, strict=False):
+        needs[key] = BYTES_PER_PARTICLE * window.particle_count
     there = memory_there()
     if sum(needs.values()) > there:
         key = max(needs, key=lambda key: needs[key])
@@ -133,11 +137,15 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
     remarks = _of_windows(spec, windows, solids, level)
     most, walls = sum(particles.values()) + sum(emitted.values()), sum(boundary.values())
     share = SERIAL_SHARE + (1.0 - SERIAL_SHARE) * REFERENCE_THREADS / threads
-    boxes = [(1, sum(particles.values()) + 0.5 * sum(emitted.values()))] if spec.in_tank else []
-    boxes += [(fluid_steps(one, spec.fluid.gravity, run.communication_step), one.particle_count) for one in windows]
-    of_fluid = sum(
-        steps * each * (SECONDS_PER_STEP + SECONDS_PER_PARTICLE_STEP * share * count) for each, count in boxes
-    )
+    alive = sum(particles.values()) + 0.5 * sum(emitted.values())
+    each = SECONDS_PER_STEP + SECONDS_PER_PARTICLE_STEP * share * alive if spec.in_tank else 0.0
+    if windows:
+        from scenarios.spec.window_choice import seconds_per_particle_step  # measures for a fifth of a second
+
+        moved = sum(
+            fluid_steps(one, spec.fluid.gravity, run.communication_step) * one.particle_count for one in windows
+        )
+        each = moved * seconds_per_particle_step(run.threads)
     return Cost(
         particles=particles,
         emitted=emitted,
@@ -153,7 +161,7 @@ def estimate(scenario: Scenario | RunSpec) -> Cost:
             *remarks,
             *of_chart,
         ),
-        seconds=START_SECONDS + of_fluid + _body_seconds(spec),
+        seconds=START_SECONDS + steps * each + _body_seconds(spec),
     )
 
 

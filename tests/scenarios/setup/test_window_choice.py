@@ -110,6 +110,19 @@ def test_bad_detail_is_refused(setting: str, place: str, text: str) -> None:
     assert text in str(caught.value)
 
 
+def test_windows_that_do_not_fit_into_memory_are_refused_before_a_run() -> None:
+    for setting, place in (
+        ("window.spacing=0.002", "window"),
+        (
+            "window={target='main', size=[6.0, 6.0], depth=2.0, spacing=0.25, outer={size=[1e5, 1e5], spacing=0.25}}",
+            "window.outer",
+        ),
+    ):
+        with pytest.raises(ScenarioError, match="needs about") as caught:
+            estimate(sweep(setting))
+        assert [problem.path for problem in caught.value.problems] == [place]
+
+
 @pytest.mark.parametrize("spacing", ["fluid.particle_spacing=0.25", "window.spacing=0.25", 'window.spacing="fine"'])
 def test_water_too_shallow_for_the_particles_is_refused_before_a_run(spacing: str) -> None:
     scenario = sweep("sea.depth=0.3", spacing)
