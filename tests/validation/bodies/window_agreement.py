@@ -1,13 +1,15 @@
 """Case 53: the boom of case 34 in a current, by particles everywhere, in windows of several places and sizes, and by formulas.
 
 The true comparison of a window is particles everywhere, at the same spacing: formulas know no flow around the U. The window lies on the
-apex, then 1 m farther upstream, then it is a third larger, and as large around the whole U, as deep as the basin.
+apex, then 1 m farther upstream, then in an outer one of twice the spacing, then it is a third larger, and as large around the whole U, as
+deep as the basin.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+from scenarios.schema.window import OuterWindow
 from scenarios.spec.scenario import Scenario
 from tests.validation.bodies.without_particles import (
     APEX,
@@ -29,7 +31,7 @@ from tests.validation.case import Bench, Case, Outcome, Panel, Quantity, trace
 
 LARGER = 4.0 / 3.0  # [1] size of the larger window over that of the others
 AROUND = 9.35  # [m] x of the middle of the U
-PLACES = ("on the apex", "1 m upstream", "a third larger", "around the U")
+PLACES = ("on the apex", "1 m upstream", "in an outer one", "a third larger", "around the U")
 
 
 def scenes(spacing: float, threads: int | None) -> dict[str, Scenario]:
@@ -39,13 +41,14 @@ def scenes(spacing: float, threads: int | None) -> dict[str, Scenario]:
     assert apex.window is not None
     larger = replace(apex.window, size=(LARGER * WINDOW, LARGER * WINDOW), rim=0.25 * WINDOW)
     around = replace(larger, target=(AROUND, 0.5 * WIDTH), depth=DEPTH)
-    windows = (apex, in_window(whole, 1.0), replace(apex, window=larger), replace(apex, window=around))
+    nested = replace(apex.window, outer=OuterWindow(size=(2.0 * WINDOW, 2.0 * WINDOW), spacing=2.0 * spacing))
+    windows = (apex, in_window(whole, 1.0), *(replace(apex, window=one) for one in (nested, larger, around)))
     return {"everywhere": whole, "formulas": bare(whole)} | dict(zip(PLACES, windows, strict=True))
 
 
 def window_agreement(resolution: int, bench: Bench) -> Outcome:
-    """Case 53: six ways to compute one scene."""
-    bench.plan(6.0 * DURATION)
+    """Case 53: seven ways to compute one scene."""
+    bench.plan(7.0 * DURATION)
     found = {name: towed(scene, bench) for name, scene in scenes(SKIRT / resolution, bench.threads).items()}
     whole, values = found["everywhere"], {}
     for name in ("formulas", *PLACES):
