@@ -85,6 +85,7 @@ KNOWN_MISSES = frozenset(
         ("paper-wind", "width over length along the wind, paper's scheme"),
         ("paper-wind", "width over length along the wind, split scheme"),
         ("window-agreement", "shape, in an outer one"),
+        ("nested-window", "wave that comes back, nested"),
         *(
             ("window-agreement", f"tension, {place}")
             for place in ("on the apex", "1 m upstream", "a third larger", "around the U")
