@@ -97,7 +97,13 @@ class WindowTable(Section):
         try:
             self.boxes(fluid)
         except ValueError as error:
-            yield Problem("", str(error).removeprefix("window: "))
+            yield problem_of(error)
+
+
+def problem_of(error: ValueError) -> Problem:
+    """Tell what cannot be, at the window or at its outer one."""
+    text = str(error).removeprefix("window: ")
+    return Problem("outer", text.removeprefix("outer: ")) if text.startswith("outer: ") else Problem("", text)
 
 
 def _settings(size: Point2, depth: float, spacing: float, rim: float | None, fluid: FluidSettings) -> WindowSettings:

@@ -20,7 +20,7 @@ from oilsim import Phase
 from oilsim.sea import Sea, SeaDescription
 from oilsim.window.settings import WindowSettings, fluid_steps
 from oilsim.window.window import Window
-from scenarios.schema.window import OuterWindow, WindowTable
+from scenarios.schema.window import OuterWindow, WindowTable, problem_of
 from scenarios.spec.scenario import Scenario
 from scenarios.text.problems import Problem, ScenarioError
 
@@ -68,7 +68,11 @@ def chosen(scenario: Scenario, window: WindowTable) -> WindowTable:
         return sized
     if window.spacing == "fine":
         return replace(sized, spacing=draft / FINE)
-    return replace(sized, spacing=live_spacing(scenario, sized, draft, seconds_per_particle_step(scenario.run.threads)))
+    try:
+        found = live_spacing(scenario, sized, draft, seconds_per_particle_step(scenario.run.threads))
+    except ValueError as error:
+        raise ScenarioError([problem_of(error).below("window")], scenario.name) from error
+    return replace(sized, spacing=found)
 
 
 def _draft(scenario: Scenario, window: WindowTable) -> float:

@@ -89,6 +89,16 @@ def test_check_tells_what_comes_of_it() -> None:
         ("window={target='main', spacing=0.8}", "window.spacing", "up to the skirt of boom 'main', 0.75 m"),
         ("window.spacing=-1.0", "window.spacing", "above 0"),
         ('window.spacing="best"', "window.spacing", "'live', 'fine'"),
+        (
+            'window={target="main", spacing="live", rim=9.0}',
+            "window",
+            "rim is 9 m on each side, allowed: less than half",
+        ),
+        (
+            'window={target="main", spacing="live", size=[4.0, 4.0], outer={spacing=0.8, size=[30.0, 30.0]}}',
+            "window.outer",
+            "allowed: 4 spacings of 0.8 m",
+        ),
         ('window={target="main"}', "window", "size and depth are not both given"),
         ("window.outer={spacing=0.5, size=[30.0, 30.0]}", "window", "outer.size leaves 15 by 15 m between its rims"),
         (
@@ -98,8 +108,8 @@ def test_check_tells_what_comes_of_it() -> None:
         ),
         (
             "window.outer={spacing=0.6, size=[40.0, 40.0]}",
-            "window",
-            "outer: depth is 2 m, allowed: 4 spacings of 0.6 m",
+            "window.outer",
+            "depth is 2 m, allowed: 4 spacings of 0.6 m",
         ),
     ],
 )

@@ -211,6 +211,6 @@ NESTED_WINDOW = Case(
     own_step=True,
     run=nested_window,
     spacings=1,
-    note="a wave that leaves through a rim comes back in part, with an outer window as without: the sides repeat, so the water at one has to"
+    note="a wave that leaves through a rim comes back in part, with an outer window as without: the sides repeat, so the water at one must"
     " move as that at the other",
 )
