@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator
+from itertools import product
 from pathlib import Path
 
 from oilsim.core.config import FURTHEST
@@ -188,11 +189,12 @@ def _window(window: WindowTable, fluid: FluidSettings, parts: Parts) -> Iterator
     """Yield problems of the window: its gravity, its size, and particles coarser than a skirt."""
     yield from _sea_decides(fluid)
     yield from (problem.below("window") for problem in window.problems_with(fluid))
-    if isinstance(window.spacing, str):
-        return
-    spacing = window.spacing_in(fluid)
-    key = "fluid.particle_spacing" if window.spacing is None else "window.spacing"
-    for name, boom in parts.booms.items():
+    key, spacings = "fluid.particle_spacing" if window.spacing is None else "window.spacing", dict[str, float]()
+    if not isinstance(window.spacing, str):
+        spacings[key] = window.spacing_in(fluid)
+    if window.outer is not None:
+        spacings["window.outer.spacing"] = window.outer.spacing
+    for (key, spacing), (name, boom) in product(spacings.items(), parts.booms.items()):
         if boom.skirt_depth < spacing:
             text = f"is {spacing:g} m, allowed in a window: up to the skirt of boom {name!r}, {boom.skirt_depth:g} m"
             yield Problem(key, text)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,7 @@ from scenarios.text.problems import Problem, ScenarioError
 Array = NDArray[np.float64]
 # [1] columns of water along each side of a window that are looked at; numerical
 COLUMNS = 16
+WINDOWS = ("window", "outer window")
 
 
 def build_window(
@@ -236,7 +238,7 @@ def _boom_shares(window: Window, booms: Mapping[str, BoomLayout]) -> Iterator[tu
 
 def window_facts(windows: Sequence[WindowSettings], gravity: Sequence[float], step: float) -> Iterator[str]:
     """Say what comes of the resolution of a window, and of its outer one, under a gravity (3,) [m/s2] and with communication steps [s]."""
-    for name, settings in zip(("window", "outer window"), windows, strict=False):
+    for name, settings in zip(WINDOWS, windows, strict=False):
         size, spacing, steps = settings.whole_size, settings.spacing, fluid_steps(settings, gravity, step)
         yield (
             f"{name}: {size[0]:.3g} by {size[1]:.3g} m, {settings.layers * spacing:.3g} m deep,"
@@ -257,12 +259,12 @@ def window_remarks(
 
     others: places (x, y) [m] of vessels and bodies at the start.
     """
-    settings, widest = windows[0], windows[-1]
-    for boom, its in booms.items():
+    widest = windows[-1]
+    for (name, settings), (boom, its) in product(zip(WINDOWS, windows, strict=False), booms.items()):
         deep = round(its.skirt_depth / settings.spacing, 1)
         if deep < COARSE:
             yield (
-                f"window: the skirt of boom {boom!r} is {deep:.1f} particles deep, which hardly"
+                f"{name}: the skirt of boom {boom!r} is {deep:.1f} particles deep, which hardly"
                 f" shows it; {its.skirt_depth / COARSE:.3g} m or less would be better"
             )
     reach = 0.5 * max(widest.whole_size) + max((its.length for its in booms.values()), default=0.0)

@@ -87,6 +87,16 @@ def test_check_tells_what_comes_of_it() -> None:
     ("setting", "place", "text"),
     [
         ("window={target='main', spacing=0.8}", "window.spacing", "up to the skirt of boom 'main', 0.75 m"),
+        (
+            "window={target='main', size=[8.0, 8.0], depth=4.0, spacing=0.25, outer={spacing=0.8, size=[40.0, 40.0]}}",
+            "window.outer.spacing",
+            "up to the skirt of boom 'main', 0.75 m",
+        ),
+        (
+            "window={target='main', spacing='live', outer={spacing=0.8, size=[40.0, 40.0]}}",
+            "window.outer.spacing",
+            "up to the skirt of boom 'main', 0.75 m",
+        ),
         ("window.spacing=-1.0", "window.spacing", "above 0"),
         ('window.spacing="best"', "window.spacing", "'live', 'fine'"),
         (
@@ -95,9 +105,9 @@ def test_check_tells_what_comes_of_it() -> None:
             "rim is 9 m on each side, allowed: less than half",
         ),
         (
-            'window={target="main", spacing="live", size=[4.0, 4.0], outer={spacing=0.8, size=[30.0, 30.0]}}',
+            'window={target="main", spacing="live", size=[4.0, 4.0], outer={spacing=0.7, size=[30.0, 30.0]}}',
             "window.outer",
-            "allowed: 4 spacings of 0.8 m",
+            "allowed: 4 spacings of 0.7 m",
         ),
         ('window={target="main"}', "window", "size and depth are not both given"),
         ("window.outer={spacing=0.5, size=[30.0, 30.0]}", "window", "outer.size leaves 15 by 15 m between its rims"),
