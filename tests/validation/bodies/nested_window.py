@@ -194,9 +194,9 @@ NESTED_WINDOW = Case(
     length_symbol="s",
     resolutions=(4, 6),
     quantities=(
-        *(Quantity(name=f"load, {name}", unit="1", reference=0.0, scale=1.0) for name in WAYS),
+        *(Quantity(name=f"load, {name}", unit="1", reference=math.nan) for name in WAYS),
         Quantity(name="load beyond that everywhere, nested", unit="1", reference=0.0, scale=1.0, gate=0.25),
-        Quantity(name="load beyond that everywhere, alone", unit="1", reference=0.0, scale=1.0),
+        Quantity(name="load beyond that everywhere, alone", unit="1", reference=math.nan),
         Quantity(name="height, nested", unit="1", reference=1.0, gate=0.05),
         Quantity(name="height, alone", unit="1", reference=1.0),
         *(
