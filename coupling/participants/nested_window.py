@@ -24,34 +24,34 @@ from oilsim.window.window import Window
 class NestedWindowParticipant(WindowParticipant):
     """Steps a window together with the participant of its outer one, which nothing else is connected with."""
 
-    STATE = (*WindowParticipant.STATE, "_outer", "_found")
+    STATE = (*WindowParticipant.STATE, "outer", "_found")
 
     def __init__(
         self, name: str, window: Window, bodies: Mapping[str, WindowBody], target: Target, outer: WindowParticipant
     ) -> None:
         super().__init__(name, window, bodies, target)
-        self._outer = outer
+        self.outer = outer
         self._found = np.zeros((len(bodies), 6))  # loads on the bodies in the last step, by this window alone
         self.all_shares = (self.shares, outer.shares)
 
     def enter_initialization_mode(self, start_time: float) -> None:
         """Start the clocks of both fluids."""
         super().enter_initialization_mode(start_time)
-        self._outer.enter_initialization_mode(start_time)
+        self.outer.enter_initialization_mode(start_time)
 
     def set(self, name: str, value: Array) -> None:
         """Set a body's motion for both windows."""
         super().set(name, value)
-        self._outer.set(name, value)
+        self.outer.set(name, value)
 
     def do_step(self, time: float, step_size: float) -> StepResult:
         """Advance the outer window, then this one, to `time + step_size` [s]."""
         free = self._all("free_acceleration", 6)
-        self._outer.free(free + self._answer(self._found))
-        result = self._outer.do_step(time, step_size)
+        self.outer.free(free + self._answer(self._found))
+        result = self.outer.do_step(time, step_size)
         if result.status is not Status.OK:
             return result
-        around = np.array([self._outer.get(f"{name}.wrench") for name in self._bodies]).reshape(-1, 6)
+        around = np.array([self.outer.get(f"{name}.wrench") for name in self._bodies]).reshape(-1, 6)
         assert self.window.around is not None
         self.window.around.measure(time + step_size)
         self.free(free + self._answer(around))
@@ -59,7 +59,7 @@ class NestedWindowParticipant(WindowParticipant):
         self.free(free)
         self._add(around)
         rest = 1.0 - self.shares.later
-        self._outer.shares.announce(rest * self._outer.shares.later, time + step_size)
+        self.outer.shares.announce(rest * self.outer.shares.later, time + step_size)
         return result
 
     def _answer(self, load: Array) -> Array:
@@ -71,21 +71,21 @@ class NestedWindowParticipant(WindowParticipant):
 
     def _add(self, around: Array) -> None:
         """Add the loads of the outer window (B, 6) [N, N m]; what each window expects of a body counts by its share."""
-        own, beyond = self.shares.values, self._outer.shares.values
+        own, beyond = self.shares.values, self.outer.shares.values
         for n, name in enumerate(self._bodies):
             self._found[n] = self._outputs[f"{name}.wrench"]
             self._outputs[f"{name}.wrench"] = self._found[n] + around[n]
             if beyond[n] > 0.0:
-                expected = [one.expected_twist(name) for one in (self, self._outer)]
+                expected = [one.expected_twist(name) for one in (self, self.outer)]
                 self._outputs[f"{name}.predicted_twist"] = np.average(expected, 0, (own[n], beyond[n]))
 
     def restore_state(self, state: Any) -> None:
         """Go back to a state that `save_state` returned; TypeError for anything else."""
         super().restore_state(state)
         assert self.window.around is not None
-        self.window.around.measure(self._outer.window.fluid.time)
+        self.window.around.measure(self.outer.window.fluid.time)
 
     def terminate(self) -> None:
         """End the threads of both fluids."""
         super().terminate()
-        self._outer.terminate()
+        self.outer.terminate()

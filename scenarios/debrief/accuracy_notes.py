@@ -41,8 +41,8 @@ def _of_the_water(replay: Replay, boxes: str) -> Iterator[str]:
     elif boxes == "windows":
         windows = replay.run.windows
         yield from (_window_in_words(one, len(windows) > 1, one is windows[0]) for one in windows)
-        where = "outside the inner window" if len(windows) > 1 else "outside"
-        yield f"Outside {FORMULAS}. Oil that is {where}, or thinner than a particle, is a slick of parcels."
+        beyond, oil = ("windows", "outside the inner window") if len(windows) > 1 else ("window", "outside")
+        yield f"Outside the {beyond} {FORMULAS}. Oil that is {oil}, or thinner than a particle, is a slick of parcels."
     else:
         yield f"The particles are {apart}; the simulation resolves nothing finer."
 

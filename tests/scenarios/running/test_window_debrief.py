@@ -105,3 +105,13 @@ def test_a_debrief_without_particles_does_not_speak_of_particles(tmp_path: Path)
     assert notes[0].startswith("The run has no particles: formulas give the sea")
     assert "Modelled: all losses, by closures." in notes
     assert not [note for note in notes if "particles deep" in note or "apart" in note]
+
+
+def test_a_debrief_tells_a_window_from_its_outer_one(tmp_path: Path) -> None:
+    nested = recorded(tmp_path, *WINDOW_SETTINGS, "window.outer={spacing=0.14, size=[7.0, 7.0]}")
+    notes = "\n".join(accuracy_notes(nested))
+    assert "The inner window of particles is around the middle of boom main, 3.36 by 3.36 m wide" in notes
+    assert "flow around what is in it, and oil as thick as a particle, but nothing finer" in notes
+    assert "The outer window of particles is around the middle of boom main, 7 by 7 m wide" in notes
+    assert "flow around what is in it, but nothing finer" in notes
+    assert "Oil that is outside the inner window" in notes
