@@ -17,6 +17,8 @@ from oilsim.core.quantity import quantity, require
 STEPS_A_PERIOD = 11.0
 # [1] share of the size that the rim takes on each side; numerical; half of the box is left in the middle
 RIM_SHARE = 0.25
+# [d] along a side at least; numerical; three supports, so that no particle meets an image of itself
+SIDE = 9.0
 # settings of `FluidConfig` that a window takes as they are; its scheme is "split", its gravity that of the sea
 SOLVER_OPTIONS = ("divergence_tolerance", "viscosity_correction", "minimum_time_step", "maximum_time_step")
 
@@ -50,6 +52,8 @@ class WindowSettings:
         if not (np.shape(self.size) == (2,) and all(math.isfinite(side) and side > 0.0 for side in self.size)):
             yield f"size is {self.size} m, allowed: two finite numbers above 0"
             return
+        if min(self.whole_size[: len(self.sides)]) < SIDE * self.spacing:
+            yield f"size is {self.size} m, allowed: {SIDE:g} spacings of {self.spacing:g} m or more"
         if self.depth < 4.0 * self.spacing:
             yield f"depth is {self.depth:g} m, allowed: 4 spacings of {self.spacing:g} m or more"
         if not 2.0 * self.width < min(self.sides):

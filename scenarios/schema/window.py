@@ -36,8 +36,8 @@ class WindowTable(Section):
     target  name of a boom, whose middle the box follows, of a skimmer, which it follows by what carries it, of a vessel or of a body; or a
              place (x, y) [m]
     spacing  [m] of the particles, by default fluid.particle_spacing; "live": the finest that this machine computes in real time;
-             "fine": 8 to a skirt. With "live", size and depth may be left out: they are 21 and 2.7 drafts of the target; with "fine",
-             10 and 2.7, in an outer window of 21 drafts with 4 particles to a skirt
+             "fine": 8 to a skirt. With it, size and depth may be left out: they are 21 and 2.7 drafts of the target; of "fine" with
+             none of size, depth and outer 10 and 2.7, in an outer window of 21 drafts with 4 particles to a skirt
     size    [m] along x and y
     depth   [m] of its water; the sea's own motion feels no floor there
     rim     [m] width of the zone along each side where what bodies add comes to rest, or to the motion of the outer window; by default a
@@ -72,6 +72,9 @@ class WindowTable(Section):
         if self.outer is None:
             return None
         outer, own = self.outer, self.settings(fluid)
+        if own.depth < 4.0 * outer.spacing:
+            text = f"is {outer.spacing:g} m, allowed: up to a quarter of the depth of both, {0.25 * own.depth:g} m"
+            raise ValueError(f"window: outer: spacing {text}")
         try:
             found = _settings(outer.size, own.depth, outer.spacing, None, fluid)
         except ValueError as error:

@@ -84,13 +84,15 @@ def require_memory(spec: RunSpec) -> None:
     closed = _wall_measure(spec.domain, plane) if spec.in_tank else 0.0
     needs["tank"] = BYTES_PER_BOUNDARY_PARTICLE * closed / pitch ** (fluid.dimension - 1)
     needs |= {"emitters": BYTES_PER_PARTICLE * sum(_emitted(spec).values())}
-    windows = () if spec.window is None else spec.window.boxes(spec.fluid)
-    for key, window in zip(("window", "window.outer"), windows, strict=False):
-        needs[key] = BYTES_PER_PARTICLE * window.particle_count
+    windows = dict(zip(("window", "window.outer"), spec.window.boxes(spec.fluid) if spec.window else (), strict=False))
+    needs |= {key: BYTES_PER_PARTICLE * one.particle_count for key, one in windows.items()}
     there = memory_there()
     if sum(needs.values()) > there:
         key = max(needs, key=lambda key: needs[key])
-        text = f"needs about {needs[key] / 1e9:,.0f} GB at fluid.particle_spacing = {fluid.particle_spacing:g} m"
+        spacing = f"fluid.particle_spacing = {fluid.particle_spacing:g} m"
+        if key in windows:
+            spacing = f"a spacing of {windows[key].spacing:g} m"
+        text = f"needs about {needs[key] / 1e9:,.0f} GB at {spacing}"
         allowed = f"a larger spacing or less to fill, up to the {there / 1e9:,.0f} GB of this machine"
         raise ScenarioError([Problem(key, f"{text}, allowed: {allowed}")])
 

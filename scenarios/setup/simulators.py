@@ -172,13 +172,13 @@ def _told(
     """Return warnings and facts of a run with a window, which follows its target already."""
     from scenarios.setup.at_sea.window import booms_in_rim, segments_borne, window_facts, window_remarks
 
-    booms, window, sizes = layout.fleet.booms, windows[0], [one.settings for one in windows]
+    booms, sizes = layout.fleet.booms, [one.settings for one in windows]
     mended = (note for solid in layout.solids for note in solid.notes)
     remarks = window_remarks(table.target, sizes, layout.sea, spec.booms, spec.places)
     facts = window_facts(sizes, spec.fluid.gravity, spec.run.communication_step)
-    return (*mended, *spec.left_out_in_words, *remarks, *booms_in_rim(window, booms)), (
+    return (*mended, *spec.left_out_in_words, *remarks, *booms_in_rim(windows, booms)), (
         *facts,
-        *segments_borne(window, booms),
+        *segments_borne(windows, booms),
     )
 
 

@@ -167,6 +167,9 @@ def numbered(scenario: Scenario) -> Scenario:
         key = "fluid.particle_spacing" if window.spacing is None else "window.spacing"
         text = f"is {spacing:g} m, allowed in a window on water {depth:g} m deep: up to a quarter of that"
         raise ScenarioError([Problem(key, text)], scenario.name)
+    if window.outer is not None and depth < LEAST_LAYERS * window.outer.spacing:
+        text = f"is {window.outer.spacing:g} m, allowed in a window on water {depth:g} m deep: up to a quarter of that"
+        raise ScenarioError([Problem("window.outer.spacing", text)], scenario.name)
     ends = window.depth is not None and window.depth > depth
     return replace(scenario, window=replace(window, depth=depth)) if ends else scenario
 

@@ -207,18 +207,20 @@ def _overlaps(
             yield solid.name, share, bool((low < middle - 0.5 * size).any() or (high > middle + 0.5 * size).any())
 
 
-def segments_borne(window: Window, booms: Mapping[str, BoomLayout]) -> Iterator[str]:
-    """Say of each boom in the window how many of its segments particles bear at the start."""
-    for boom, shares in _boom_shares(window, booms):
-        if shares.any():
-            borne = f"{np.count_nonzero(shares)} of the {len(shares)} segments of boom {boom!r}"
-            yield f"window: particles bear {borne} at the start; formulas bear those that are in no window"
+def segments_borne(windows: Sequence[Window], booms: Mapping[str, BoomLayout]) -> Iterator[str]:
+    """Say of each boom in a window and its outer one how many of its segments their particles bear at the start."""
+    for name, window in zip(WINDOWS, windows, strict=False):
+        for boom, shares in _boom_shares(window, booms):
+            if shares.any():
+                borne = f"{np.count_nonzero(shares)} of the {len(shares)} segments of boom {boom!r}"
+                yield f"{name}: particles bear {borne} at the start; formulas bear those that are in no window"
 
 
-def booms_in_rim(window: Window, booms: Mapping[str, BoomLayout]) -> Iterator[str]:
-    """Say of each boom in the window if none of its segments is in the middle, where particles would bear it."""
-    for boom, shares in _boom_shares(window, booms):
-        if not shares.any():
+def booms_in_rim(windows: Sequence[Window], booms: Mapping[str, BoomLayout]) -> Iterator[str]:
+    """Say of each boom in the widest window if none of its segments is in the middle of any, where particles would bear it."""
+    borne = {boom for window in windows for boom, shares in _boom_shares(window, booms) if shares.any()}
+    for boom, _ in _boom_shares(windows[-1], booms):
+        if boom not in borne:
             yield (
                 f"window: boom {boom!r} lies in its rim at the start, and no segment in its middle, so formulas alone load the boom; a"
                 f" larger window has it in the middle, or window.target = {boom!r}"
@@ -274,11 +276,12 @@ def window_remarks(
             f"window: no body comes near {x:g}, {y:g} at the start, so its water rests; window.target can be a boom, a vessel"
             " or a body"
         )
-    yield from _short_rim(widest, sea)
+    rim = "" if len(windows) > 1 else "window.rim = {:.3g} in "
+    yield from _short_rim(WINDOWS[len(windows) - 1], widest, sea, rim)
 
 
-def _short_rim(settings: WindowSettings, sea: Sea) -> Iterator[str]:
-    """Say so if waves as long as those of the sea, which bodies send out, are too long for the rim."""
+def _short_rim(name: str, settings: WindowSettings, sea: Sea, advice: str) -> Iterator[str]:
+    """Say so if waves as long as those of the sea, which bodies send out, are too long for a rim, with advice on its width."""
     waves = sea.components
     if not waves.amplitude.size:
         return
@@ -286,6 +289,6 @@ def _short_rim(settings: WindowSettings, sea: Sea) -> Iterator[str]:
     if length > min(settings.whole_size):
         kept = share_kept(settings.width, length)
         yield (
-            f"window: it is smaller than the sea's waves of {length:.3g} m, which pass all the same; but of waves that long that bodies"
-            f" send out {100.0 * kept:.0f} % come back; window.rim = {0.5 * length:.3g} in a window of {2.0 * length:.3g} m keeps 1 %"
+            f"{name}: it is smaller than the sea's waves of {length:.3g} m, which pass all the same; but of waves that long that bodies"
+            f" send out {100.0 * kept:.0f} % come back; {advice.format(0.5 * length)}a window of {2.0 * length:.3g} m keeps 1 %"
         )

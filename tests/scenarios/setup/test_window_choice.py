@@ -97,6 +97,11 @@ def test_check_tells_what_comes_of_it() -> None:
             "window.outer.spacing",
             "up to the skirt of boom 'main', 0.75 m",
         ),
+        (
+            "window={target='main', size=[1.2, 1.2], depth=2.0, spacing=0.25, rim=0.3}",
+            "window",
+            "allowed: 9 spacings of 0.25 m",
+        ),
         ("window.spacing=-1.0", "window.spacing", "above 0"),
         ('window.spacing="best"', "window.spacing", "'live', 'fine'"),
         (
@@ -107,7 +112,7 @@ def test_check_tells_what_comes_of_it() -> None:
         (
             'window={target="main", spacing="live", size=[4.0, 4.0], outer={spacing=0.7, size=[30.0, 30.0]}}',
             "window.outer",
-            "allowed: 4 spacings of 0.7 m",
+            "spacing is 0.7 m, allowed: up to a quarter",
         ),
         ('window={target="main"}', "window", "size and depth are not both given"),
         ("window.outer={spacing=0.5, size=[30.0, 30.0]}", "window", "outer.size leaves 15 by 15 m between its rims"),
@@ -119,7 +124,7 @@ def test_check_tells_what_comes_of_it() -> None:
         (
             "window.outer={spacing=0.6, size=[40.0, 40.0]}",
             "window.outer",
-            "depth is 2 m, allowed: 4 spacings of 0.6 m",
+            "spacing is 0.6 m, allowed: up to a quarter of the depth of both, 0.5 m",
         ),
     ],
 )

@@ -39,7 +39,7 @@ WHOLE, APEX, APEX_AT, DEPTH = (
 )  # m: windows around all and at the apex, whose middle lies behind that of the U
 TOW, COUNTED, STEP = 16.0, 8.0, 0.1  # s: of the tow, of its end that counts, between readings
 MIDDLE = slice(6, 10)  # plates
-CYLINDER, HEAVE, PERIOD = 0.3, 0.06, 1.4  # m: radius, amplitude; s: a wave of 3.06 m
+CYLINDER, HEAVE, PERIOD = 0.3, 0.06, 1.4  # m: radius, amplitude; s: a wave of 2.88 m
 FLUME, INSIDE, WAVE_DEPTH = 24.0, 10.0, 0.8  # m: of the windows in the plane
 WAVES, LAST, SAMPLES = 7, 3, 40  # waves, those that count, and readings of each
 GAUGES = np.array([1.0, 1.3, 1.6, 1.9, 2.2])  # m, in the middle of the smaller window
