@@ -66,9 +66,9 @@ buoyancy_to_weight = 5.0
 
 
 def with_coarse_particles(scenario: Scenario) -> Scenario:
-    """Return the scenario with particles of 0.5 m in a window that is deep enough for them."""
+    """Return the scenario with particles of 0.5 m in a window that is deep and large enough for them."""
     assert scenario.window is not None
-    window = replace(scenario.window, depth=4.0)
+    window = replace(scenario.window, depth=4.0, size=(6.0, 6.0))
     return replace(scenario, fluid=replace(scenario.fluid, particle_spacing=0.5), window=window)
 
 
@@ -103,19 +103,24 @@ def path(tmp_path: Path) -> Path:
 
 
 def as_written(text: str, key: str, value: str) -> str:
-    """Return the file with another value of a key; a spacing above a quarter of the window's depth gets a deeper window too."""
+    """Return the file with another value of a key; a spacing above a quarter of the window's depth gets a deeper and larger window too."""
     table, _, name = key.partition(".")
     before, after = text.split(f"[{table}]\n")
     line = next(one for one in after.splitlines() if one.startswith(f"{name} = "))
     changed = f"{before}[{table}]\n{after.replace(line, f'{name} = {value}', 1)}"
-    return changed.replace("depth = 0.8", "depth = 4.0") if key == "fluid.particle_spacing" else changed
+    if key != "fluid.particle_spacing":
+        return changed
+    return changed.replace("depth = 0.8", "depth = 4.0").replace("size = [3.6, 3.6]", "size = [6.0, 6.0]")
 
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_cannot_be_is_refused_with_the_cure(path: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     """The same message from the file, --set, Python, `oilsim check` and a run."""
     key, value, changed, parts = REFUSED[name]
-    overrides = [f"{key}={value}", *(["window.depth=4.0"] if key == "fluid.particle_spacing" else [])]
+    overrides = [
+        f"{key}={value}",
+        *(["window.depth=4.0", "window.size=[6.0, 6.0]"] if key == "fluid.particle_spacing" else []),
+    ]
     said = []
     for make in (estimate, build):
         with pytest.raises(ScenarioError) as caught:
