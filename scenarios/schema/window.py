@@ -36,8 +36,8 @@ class WindowTable(Section):
     target  name of a boom, whose middle the box follows, of a skimmer, which it follows by what carries it, of a vessel or of a body; or a
              place (x, y) [m]
     spacing  [m] of the particles, by default fluid.particle_spacing; "live": the finest that this machine computes in real time;
-             "fine": 8 to a skirt. With it, size and depth may be left out: they are 21 and 2.7 drafts of the target; of "fine" with
-             none of size, depth and outer 10 and 2.7, in an outer window of 21 drafts with 4 particles to a skirt
+             "fine": 8 to a skirt. With these words size and depth may be left out. They are then 21 and 2.7 drafts of the target. A
+             "fine" window without size, depth and outer is 10 drafts wide, and its outer window 21, with 4 particles to a skirt
     size    [m] along x and y
     depth   [m] of its water; the sea's own motion feels no floor there
     rim     [m] width of the zone along each side where what bodies add comes to rest, or to the motion of the outer window; by default a

@@ -213,7 +213,7 @@ PAPER_CALM = Case(
     own_step=True,
     run=paper_calm,
     spacings=1,
-    note="of the three oils the largest value counts. In the split scheme the paper's oils spread alike, so their order is not judged. "
+    note="the largest value of the three oils counts. In the split scheme the paper's oils spread alike, so their order is not judged. "
     "The reach of the corners is over that along the sides, 1 for a circle and 1.2 for a square. The paper has L/133.",
 )
 PAPER_WIND = Case(
